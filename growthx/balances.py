@@ -1,0 +1,38 @@
+"""The weak balances of mass and momentum (18), one function per term; how they are solved is not known here.
+
+    G_ρ = ∫ δρ [ρ − ρₙ]/Δt dV − ∫ δρ R₀ dV = 0
+    G_u = ∫ ∇δu : P̄ dV − ∮ δu · t dA = 0
+
+u: displacement (length), ρ: reference density, δu and δρ: test functions.  Each function returns a UFL form.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ufl
+
+from growthx.growth import EnergyDrivenGrowth
+from growthx.kinematics import deformation_gradient
+from growthx.material import Material
+
+
+def storage(rho: Any, old_rho: Any, test: Any, time_step: Any, dV: ufl.Measure) -> ufl.Form:
+    """∫ δρ [ρ − ρₙ]/Δt dV, the implicit Euler rate of mass (17)."""
+    return test * (rho - old_rho) / time_step * dV
+
+
+def source(rho: Any, u: Any, test: Any, growth: EnergyDrivenGrowth, material: Material, dV: ufl.Measure) -> ufl.Form:
+    """∫ δρ R₀ dV with the mass source R₀ (6)."""
+    energy = material.energy(deformation_gradient(u))
+    return test * growth.mass_source(rho, energy, material) * dV
+
+
+def internal_work(u: Any, rho: Any, test: Any, material: Material, dV: ufl.Measure) -> ufl.Form:
+    """∫ ∇δu : P̄ dV with the reduced momentum flux P̄ (7)."""
+    return ufl.inner(material.stress(deformation_gradient(u), rho), ufl.grad(test)) * dV
+
+
+def external_work(traction: Any, test: Any, dA: ufl.Measure) -> ufl.Form:
+    """∮ δu · t dA with the dead traction t per reference area (12)."""
+    return ufl.inner(traction, test) * dA

@@ -1,0 +1,68 @@
+"""The differences between DOLFINx 0.9, 0.10 and 0.11, all of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mpi4py import MPI
+    from numpy.typing import NDArray
+
+VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
+
+# Since 0.10 a compiled kernel takes one more argument, a pointer to data of the caller's.
+KERNEL_EXTRA_TYPE = ", void*" if VERSION >= (0, 10) else ""
+
+
+def integral_kernel_address(ufcx_form: Any, ffi: Any) -> int:
+    """Address of the compiled double-precision kernel of a form's only integral."""
+    return int(ffi.cast("uintptr_t", ufcx_form.form_integrals[0].tabulate_tensor_float64))
+
+
+def cell_form(
+    spaces: Sequence[dolfinx.fem.FunctionSpace],
+    kernel: int,
+    cells: NDArray[np.int32],
+    coefficients: Sequence[dolfinx.fem.Function],
+    constants: Sequence[dolfinx.fem.Constant],
+) -> dolfinx.fem.Form:
+    """A form over some cells with a kernel of our own, given by its address."""
+    form_type = dolfinx.fem.form_cpp_class(np.float64) if hasattr(dolfinx.fem, "form_cpp_class") else None
+    form_type = form_type or dolfinx.cpp.fem.Form_float64
+    active = np.arange(len(coefficients), dtype=np.int8)
+    integral_type = getattr(dolfinx.cpp.fem, "_IntegralType", None) or dolfinx.cpp.fem.IntegralType
+    mesh = spaces[0].mesh
+    return dolfinx.fem.Form(
+        form_type(
+            [space._cpp_object for space in spaces],
+            {integral_type.cell: [(0, kernel, cells, active)]},
+            [coefficient._cpp_object for coefficient in coefficients],
+            [constant._cpp_object for constant in constants],
+            False,
+            [] if VERSION >= (0, 10) else {},
+            mesh._cpp_object,
+        )
+    )
+
+
+def interpolation_points(element: Any) -> NDArray[np.float64]:
+    """Points of the reference cell, shape (points, dim), that interpolation into an element needs."""
+    points = element.interpolation_points
+    return points() if callable(points) else points
+
+
+def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, dim: int) -> tuple[dolfinx.mesh.Mesh, Any, Any]:
+    """The DOLFINx mesh of a gmsh model, with its tags of cells and of facets."""
+    if VERSION >= (0, 10):
+        from dolfinx.io import gmsh
+
+        data = gmsh.model_to_mesh(model, comm, rank, gdim=dim)
+        return data.mesh, data.cell_tags, data.facet_tags
+    from dolfinx.io import gmshio
+
+    return gmshio.model_to_mesh(model, comm, rank, gdim=dim)

@@ -1,0 +1,330 @@
+"""What the two ways to solve for the density share: spaces, supports, loads, the state and what is asked of it."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+import ufl
+from mpi4py import MPI
+
+from growthx import balances
+from growthx.errors import InputError
+from growthx.fields import as_ufl, is_uniform, law_as_ufl
+from growthx.kinematics import deformation_gradient, volume_ratio
+from growthx.sampling import dof_positions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from growthx.scene import Load, Scene
+    from growthx.variants import Variant
+
+
+class Compiler:
+    """Compiles weak forms and keeps the time it took: generating, compiling and loading them."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def __call__(self, build: Any, *arguments: Any) -> Any:
+        """Call `build`, which compiles something, on the clock."""
+        start = time.perf_counter()
+        try:
+            return build(*arguments)
+        finally:
+            self.seconds += time.perf_counter() - start
+
+    def form(self, form: ufl.Form) -> dolfinx.fem.Form:
+        """The compiled form."""
+        return self(dolfinx.fem.form, form)
+
+
+@dataclass(frozen=True)
+class Held:
+    """One direction of a support: the unknowns in `condition` take `value` (length) at full load."""
+
+    boundary: str
+    direction: int
+    value: float
+    condition: dolfinx.fem.DirichletBC
+
+    @property
+    def owned(self) -> NDArray[np.int32]:
+        """Indices of the held unknowns this rank owns."""
+        dofs, count = self.condition.dof_indices()
+        return np.asarray(dofs[:count])
+
+
+class Discretisation(ABC):
+    """A scene discretised by a variant: one nonlinear system per time step, and the state it advances.
+
+    `unknown` is what Newton's method solves for; `residual` is the compiled form of the balances and `tangents` are
+    those whose sum is its derivative.  The iterate becomes the state only in `accept_step`.
+    """
+
+    symmetric: bool  # whether the tangent is
+    unknown: dolfinx.fem.Function
+    residual: dolfinx.fem.Form
+    tangents: list[dolfinx.fem.Form]
+
+    def __init__(self, scene: Scene, variant: Variant) -> None:
+        mesh, domain = scene.mesh, scene.mesh.domain
+        self.scene = scene
+        self.variant = variant
+        self.comm: MPI.Comm = domain.comm
+        self.compile = Compiler()
+        self.displacement_space, self.density_space = self._make_spaces(
+            variant.displacement_element(mesh.cell_name, mesh.dim), variant.density_element(mesh.cell_name)
+        )
+        self.displacement = dolfinx.fem.Function(self.displacement_space, name="displacement")
+        self.density = dolfinx.fem.Function(self.density_space, name="density")
+        self.old_density = dolfinx.fem.Function(self.density_space, name="old_density")
+        self.material = law_as_ufl(scene.material, mesh)
+        self.growth = law_as_ufl(scene.growth, mesh)
+        self.time_step = dolfinx.fem.Constant(domain, scene.program.step)
+        self.amplitude = 0.0
+        self._split_cells()
+        self.density_dofs = self._growing_densities()
+        self.volumes = self._assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
+        self._set_start_density()
+
+    # -- set-up --------------------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def _make_spaces(self, displacement: Any, density: Any) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
+        """Function spaces of the displacement and of the density for the given elements."""
+
+    def _split_cells(self) -> None:
+        """The cells that grow, the measure of their volume and of that of the rest (None if everything grows)."""
+        mesh, growing = self.scene.mesh, self.scene.growing
+        metadata = {"quadrature_degree": self.variant.degree}
+        self.whole_volume = ufl.Measure("dx", domain=mesh.domain, metadata=metadata)
+        self.growing_cells, self.growing_volume, self.resting_volume = mesh.owned_cells, self.whole_volume, None
+        if growing is None:
+            return
+        marks = np.zeros_like(mesh.local_cells)
+        for region in growing:
+            marks[mesh.region(region)] = 1
+        tags = dolfinx.mesh.meshtags(mesh.domain, mesh.dim, mesh.local_cells, marks)
+        volume = ufl.Measure("dx", domain=mesh.domain, subdomain_data=tags, metadata=metadata)
+        self.growing_cells = np.flatnonzero(marks[: len(mesh.owned_cells)]).astype(np.int32)
+        self.growing_volume = volume(1)
+        if self.comm.allreduce(len(mesh.owned_cells) - len(self.growing_cells)):
+            self.resting_volume = volume(0)
+
+    def _growing_densities(self) -> NDArray[np.int32]:
+        """Owned densities of cells that grow, as indices into the density's array."""
+        dofmap = self.density_space.dofmap
+        marks = dolfinx.la.vector(dofmap.index_map, 1)
+        marks.array[dofmap.list[self.growing_cells]] = 1.0
+        marks.scatter_reverse(dolfinx.la.InsertMode.add)
+        return np.flatnonzero(marks.array[: dofmap.index_map.size_local]).astype(np.int32)
+
+    def _set_start_density(self) -> None:
+        start = self.scene.start_density
+        if is_uniform(start):
+            self.density.x.array[:] = start
+        elif callable(start) and not isinstance(start, dolfinx.fem.Function):
+            self.density.interpolate(start)
+        else:
+            # Each density takes the mean over the part of the body it stands for.
+            test = ufl.TestFunction(self.density_space)
+            share = self._assemble(self.compile.form(as_ufl(start, self.scene.mesh) * test * self.whole_volume))
+            volume = self._assemble(self.compile.form(test * self.whole_volume))
+            self.density.x.array[: len(share)] = share / volume
+            self.density.x.scatter_forward()
+        lowest = self.comm.allreduce(float(self.density.x.array.min(initial=np.inf)), MPI.MIN)
+        if not (lowest > 0 and np.isfinite(lowest)):
+            raise InputError(f"the initial density ρ(0) is {lowest:g} somewhere: a positive number would be right")
+        self.old_density.x.array[:] = self.density.x.array
+
+    def _growing_work(self, u: Any, rho: Any, test: Any) -> ufl.Form:
+        return balances.internal_work(u, rho, test, self.material, self.growing_volume)
+
+    def _resting_work(self, u: Any, test: Any) -> ufl.Form | None:
+        """Internal work of the regions that do not grow, at the density they have from the start."""
+        if self.resting_volume is None:
+            return None
+        rho = as_ufl(self.scene.start_density, self.scene.mesh)
+        return balances.internal_work(u, rho, test, self.material, self.resting_volume)
+
+    def _hold(self, space: dolfinx.fem.FunctionSpace) -> None:
+        """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
+        mesh = self.scene.mesh
+        self.held = []
+        for support in self.scene.supports:
+            facets = mesh.boundary(support.on)
+            for i, value in support.components(mesh.dim):
+                dofs = dolfinx.fem.locate_dofs_topological(space.sub(i), mesh.dim - 1, facets)
+                condition = dolfinx.fem.dirichletbc(dolfinx.default_scalar_type(0), dofs, space.sub(i))
+                self.held.append(Held(support.on, i, value, condition))
+        self.conditions = [held.condition for held in self.held]
+
+    def _load(self, test: Any, space: dolfinx.fem.FunctionSpace) -> None:
+        """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
+        self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
+        for load in self.scene.loads:
+            self.nodal_load += self._nodal_forces(load, test)
+
+    def _nodal_forces(self, load: Load, test: Any) -> NDArray[np.float64]:
+        traction = dolfinx.fem.Function(self.displacement_space)
+        traction.interpolate(load.traction)
+        surface = self.scene.mesh.boundary_measure(load.on, 2 * self.variant.displacement_degree)
+        forces = self._assemble(self.compile.form(balances.external_work(traction, test, surface)))
+        if self.comm.allreduce(int(not np.all(np.isfinite(forces)))):
+            raise InputError(f"the load on '{load.on}' is not a number everywhere: finite tractions would be right")
+        if load.resultant is None or not any(load.resultant):
+            return forces
+        wanted = np.array(load.resultant)
+        reached = float(self.resultant(forces) @ wanted / (wanted @ wanted))
+        if not reached > 0:
+            raise InputError(f"the force {load.resultant} on '{load.on}' has no weight there: a positive one is needed")
+        return forces / reached
+
+    # -- what the solver of a step uses --------------------------------------------------------------------------------
+
+    def begin_step(self, time_step: float, amplitude: float) -> None:
+        """Set the step's length and load, and put the prescribed displacements on the first iterate."""
+        self.time_step.value = time_step
+        self.amplitude = amplitude
+        for held in self.held:
+            self.unknown.x.array[held.condition.dof_indices()[0]] = amplitude * held.value
+
+    def out_of_balance(self) -> NDArray[np.float64]:
+        """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
+
+        Rows of held unknowns are zero: they hold no equation.
+        """
+        self.unknown.x.scatter_forward()
+        forces = self._forces() if self.update() else np.full_like(self.nodal_load, np.nan)
+        for condition in self.conditions:
+            dofs, owned = condition.dof_indices()
+            forces[dofs[:owned]] = 0.0
+        return forces
+
+    def force_scale(self) -> float:
+        """What nodal forces are measured against: ‖nodal dead load at full traction‖₂.
+
+        Without a load: E times the prescribed displacement or, if there is none, the body's size, times size^(dim − 2).
+        """
+        load = self.nodal_load.copy()
+        for condition in self.conditions:
+            dofs, owned = condition.dof_indices()
+            load[dofs[:owned]] = 0.0
+        if total := self.comm.allreduce(float(load @ load)):
+            return float(np.sqrt(total))
+        mesh, young = self.scene.mesh, self.material.young
+        size = self.comm.allreduce(float(np.sum(self.volumes))) ** (1 / mesh.dim)
+        moved = max((abs(held.value) for held in self.held), default=0.0)
+        stiffness = float(np.max(young.x.array)) if isinstance(young, dolfinx.fem.Function) else float(young.value)
+        return self.comm.allreduce(stiffness, MPI.MAX) * (moved or size) * size ** (mesh.dim - 2)
+
+    def _forces(self) -> NDArray[np.float64]:
+        """Internal minus external forces as they are: at supports, what the supports bear."""
+        return self._assemble(self.residual) - self.amplitude * self.nodal_load
+
+    def _assemble(self, form: dolfinx.fem.Form) -> NDArray[np.float64]:
+        """The linear form's owned entries."""
+        dofmap = form.function_spaces[0].dofmap
+        vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
+        dolfinx.fem.assemble_vector(vector.array, form)
+        vector.scatter_reverse(dolfinx.la.InsertMode.add)
+        return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+
+    @abstractmethod
+    def update(self) -> bool:
+        """Bring what depends on the running iterate up to date; whether it is admissible on this rank, as far as known.
+
+        (det F ≤ 0 shows by itself: the residual is then not a number.)
+        """
+
+    @abstractmethod
+    def accept_step(self) -> None:
+        """Make the running iterate the state."""
+
+    @abstractmethod
+    def reject_step(self) -> None:
+        """Go back to the state at the start of the step."""
+
+    @abstractmethod
+    def iterate_density(self) -> NDArray[np.float64]:
+        """Density of the running iterate, as `density.x.array`."""
+
+    @abstractmethod
+    def iterate_displacement(self) -> NDArray[np.float64]:
+        """Displacement of the running iterate, as `displacement.x.array`."""
+
+    def inadmissible(self) -> str:
+        """What is wrong with the running iterate, and where, as a part of a sentence; empty if nothing is."""
+        mesh = self.scene.mesh
+        space = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
+        u = dolfinx.fem.Function(self.displacement_space)
+        u.x.array[:] = self.iterate_displacement()
+        J = volume_ratio(deformation_gradient(u))
+        inverted = ufl.conditional(ufl.gt(J, 0), 0.0, 1.0)
+        count = self._assemble(dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume))
+        cells = mesh.owned_cells
+        midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, cells)
+        if where := self._first(~(count == 0), midpoints):
+            return f"det F ≤ 0 in the cell at {where}"
+        density = self.iterate_density()[: len(self.volumes)]
+        if where := self._first(~(density > 0), self.density_positions()):
+            return f"no positive density balances the mass at {where}"
+        return ""
+
+    def _first(self, wrong: NDArray[np.bool_], where: NDArray[np.float64]) -> str:
+        """Position of the first entry that is wrong on any rank, as text; empty if none is."""
+        found = np.flatnonzero(wrong)
+        places = self.comm.allgather(where[found[0]] if len(found) else None)
+        place = next((place for place in places if place is not None), None)
+        return "" if place is None else "({})".format(", ".join(f"{x:.4g}" for x in place[: self.scene.mesh.dim]))
+
+    # -- what is asked of the state ------------------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def dofs(self) -> int:
+        """Number of unknowns of the system on all ranks, supports included."""
+
+    @property
+    def points(self) -> int:
+        """Number of integration points on all ranks."""
+        return self.scene.mesh.cell_count * self.variant.points_per_cell(self.scene.mesh.cell_name)
+
+    @abstractmethod
+    def source_rate(self) -> float:
+        """∫ R₀ dV, mass per time (per thickness in two dimensions)."""
+
+    @abstractmethod
+    def resultant(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum of nodal forces on all ranks, one per direction, shape (dim,)."""
+
+    def density_positions(self) -> NDArray[np.float64]:
+        """Where the densities are, in the order of `density.x.array`, shape (densities, 3)."""
+        return dof_positions(self.density_space, self.scene.mesh)
+
+    def mass(self) -> float:
+        """∫ ρ dV over what grows (mass; per thickness in two dimensions)."""
+        dofs = self.density_dofs
+        return self.comm.allreduce(float(self.volumes[dofs] @ self.density.x.array[dofs]))
+
+    def density_range(self) -> tuple[float, float]:
+        """Lowest and highest of the density's own degrees of freedom."""
+        values = self.density.x.array[self.density_dofs]
+        return (
+            self.comm.allreduce(float(values.min(initial=np.inf)), MPI.MIN),
+            self.comm.allreduce(float(values.max(initial=-np.inf)), MPI.MAX),
+        )
+
+    def reactions(self) -> dict[str, NDArray[np.float64]]:
+        """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,)."""
+        forces = self._forces()
+        total = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
+        for held in self.held:
+            total[held.boundary][held.direction] += self.comm.allreduce(float(forces[held.owned].sum()))
+        return total

@@ -1,0 +1,73 @@
+"""Values that may vary in space: numbers, functions of position, DOLFINx functions, or one of these per named region."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import dolfinx
+import numpy as np
+
+from growthx.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from growthx.mesh import Mesh
+
+# A number; a function of x, shape (3, points), to values, shape (points,); a scalar DOLFINx Function; or any of the
+# first two per named region.
+Field = Any
+Law = TypeVar("Law", bound="Any")
+
+
+def is_uniform(field: Field) -> bool:
+    """Whether the field is one number everywhere."""
+    return bool(np.isscalar(field))
+
+
+def as_ufl(field: Field, mesh: Mesh) -> Any:
+    """The field as a UFL coefficient: a Constant, or a Function with one value per cell (midpoint), or the user's own.
+
+    Raises InputError for a mapping that leaves cells without a value or names an unknown region.
+    """
+    if is_uniform(field):
+        return dolfinx.fem.Constant(mesh.domain, dolfinx.default_scalar_type(field))
+    if isinstance(field, dolfinx.fem.Function):
+        return field
+    return per_cell(field, mesh)
+
+
+def per_cell(field: Field, mesh: Mesh) -> dolfinx.fem.Function:
+    """The field as a Function of one value per cell; same errors as `as_ufl`."""
+    values = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, ("DG", 0)))
+    values.x.array[:] = np.nan
+    parts = field if isinstance(field, Mapping) else {None: field}
+    for name, part in parts.items():
+        _fill(values, part, mesh.local_cells if name is None else mesh.region(name))
+    missing = mesh.domain.comm.allreduce(int(np.isnan(values.x.array[: len(mesh.owned_cells)]).sum()))
+    if missing:
+        where = f"in none of the regions {', '.join(map(repr, field))}" if isinstance(field, Mapping) else "not a number"
+        raise InputError(f"a field has no value in {missing} of {mesh.cell_count} cells ({where}): one in each is needed")
+    return values
+
+
+def _fill(values: dolfinx.fem.Function, part: Field, cells: NDArray[np.int32]) -> None:
+    if is_uniform(part):
+        values.x.array[cells] = part
+    elif isinstance(part, dolfinx.fem.Function) or not callable(part):
+        raise InputError(f"the value of a region is {part!r}: a number or a function of position would be right")
+    else:
+        values.interpolate(part, cells)
+
+
+def law_as_ufl(law: Law, mesh: Mesh) -> Law:
+    """The same law (a frozen dataclass with a tuple `coefficients` of names) with those parameters in UFL."""
+    return replace(law, **{name: as_ufl(getattr(law, name), mesh) for name in law.coefficients})
+
+
+def law_as_arrays(law: Law, mesh: Mesh, average: Callable[[Any], NDArray[np.float64]]) -> Law:
+    """The same law with its varying parameters as arrays: `average` takes a UFL coefficient to one value per density."""
+    varying = {name: getattr(law, name) for name in law.coefficients if not is_uniform(getattr(law, name))}
+    return replace(law, **{name: average(as_ufl(field, mesh)) for name, field in varying.items()})

@@ -1,0 +1,113 @@
+"""The march through time: an open loop over steps, with cut-back when a step fails and regrowth after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from growthx.errors import EndedEarly
+from growthx.newton import Newton, NewtonReport
+from growthx.node_based import NodeBased
+from growthx.point_based import PointBased
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from growthx.discretisation import Discretisation
+    from growthx.scene import Scene
+    from growthx.variants import Variant
+
+SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted time step; all numbers are global.
+
+    time, time_step: end and length of the step.  load: share of the loads.  rejected: failed attempts before it.
+    newton: how the solution of the step went.  mass: ∫ ρ dV (per thickness in two dimensions).
+    mass_defect: |change of mass − Δt ∫ R₀ dV| over the mass.  min_density, max_density: over the density's own degrees
+    of freedom.  reactions: force on the body at each support (per thickness in two dimensions).
+    """
+
+    time: float
+    time_step: float
+    load: float
+    rejected: int
+    newton: NewtonReport
+    mass: float
+    mass_defect: float
+    min_density: float
+    max_density: float
+    reactions: dict[str, NDArray[np.float64]] = field(repr=False)
+
+    @property
+    def newton_iterations(self) -> int:
+        """Newton iterations of the accepted solution."""
+        return self.newton.iterations
+
+
+def discretise(scene: Scene, variant: Variant) -> Discretisation:
+    """The discretisation of a scene by a variant, ready to march."""
+    return (PointBased if variant.density.local else NodeBased)(scene, variant)
+
+
+def march(
+    scene: Scene, variant: Variant, problem: Discretisation | None = None, tolerance: float = 1e-10
+) -> Iterator[Step]:
+    """Advance a scene through its program, yielding each accepted step.
+
+    problem: the discretised scene, when the caller wants to look at it between steps (default: `discretise`).
+    tolerance: of Newton's method, see `newton.Newton`.
+    Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length; the problem then
+    holds the last good state.
+    """
+    problem = discretise(scene, variant) if problem is None else problem
+    newton = Newton(problem, tolerance)
+    try:
+        yield from _steps(scene, problem, newton)
+    finally:
+        newton.destroy()
+
+
+def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[Step]:
+    program = scene.program
+    time, cut, rejected = 0.0, 1.0, 0
+    mass = problem.mass()
+    for target in program.times():
+        while time < target:
+            remaining = target - time
+            # The last piece ends on the requested time exactly and is never a sliver.
+            pieces = max(1, round(remaining / (cut * program.step)))
+            end = target if pieces == 1 else time + remaining / pieces
+            problem.begin_step(end - time, program.amplitude(end))
+            report = newton.solve()
+            if not report.converged:
+                why = problem.inadmissible() or report.reason
+                problem.reject_step()
+                rejected += 1
+                cut /= 2
+                if cut < SMALLEST_CUT:
+                    raise EndedEarly(
+                        f"the run ended at t = {time:g} of {program.until:g}: {why}, "
+                        f"and a time step cut from {program.step:g} to {end - time:.3g} did not help"
+                    )
+                continue
+            problem.accept_step()
+            source, old_mass, mass = problem.source_rate(), mass, problem.mass()
+            low, high = problem.density_range()
+            yield Step(
+                time=end,
+                time_step=end - time,
+                load=problem.amplitude,
+                rejected=rejected,
+                newton=report,
+                mass=mass,
+                mass_defect=abs(mass - old_mass - (end - time) * source) / mass,
+                min_density=low,
+                max_density=high,
+                reactions=problem.reactions(),
+            )
+            time, rejected, cut = float(end), 0, min(1.0, 2 * cut)

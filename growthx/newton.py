@@ -1,0 +1,112 @@
+"""Newton's method for the nonlinear system of one time step: PETSc's SNES, its linear solver and what it reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from dolfinx.fem import petsc
+from petsc4py import PETSc
+
+if TYPE_CHECKING:
+    from growthx.discretisation import Discretisation
+
+# Command-line options of PETSc under this prefix override what is chosen below, as in -growthx_pc_type.
+PREFIX = "growthx_"
+
+
+@dataclass(frozen=True)
+class NewtonReport:
+    """How the solution of a step ended.
+
+    residual_norms: ‖out-of-balance forces‖₂ over their scale, one per iteration, the start included.
+    reason: a part of a sentence.
+    """
+
+    converged: bool
+    iterations: int
+    residual_norms: tuple[float, ...]
+    reason: str
+
+
+class Newton:
+    """Newton's method with an exact tangent, a direct solver and a line search that steps back from inadmissible states.
+
+    tolerance: ‖R‖₂ ≤ tolerance · force scale ends the iteration; R are the out-of-balance forces and, in units of
+    force, of mass.
+    """
+
+    def __init__(self, problem: Discretisation, tolerance: float = 1e-10, maximum_iterations: int = 25) -> None:
+        self.problem = problem
+        self._force_scale = problem.force_scale()
+        self._matrix = petsc.create_matrix(problem.tangents[0])
+        self._solution = PETSc.Vec().createMPI((len(problem.nodal_load), None), comm=problem.comm)
+        residual = self._solution.duplicate()
+        self._snes = snes = PETSc.SNES().create(problem.comm)
+        snes.setOptionsPrefix(PREFIX)
+        snes.setFunction(self._assemble_residual, residual)
+        snes.setJacobian(self._assemble_tangent, self._matrix)
+        snes.setType("newtonls")
+        snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
+        snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
+        ksp, pc = snes.getKSP(), snes.getKSP().getPC()
+        ksp.setType("preonly")
+        if problem.symmetric:
+            self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+            self._matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        pc.setType("cholesky" if problem.symmetric else "lu")
+        pc.setFactorSolverType("mumps")
+        snes.setFromOptions()
+
+    def solve(self) -> NewtonReport:
+        """Bring the running iterate to balance, starting from what it is."""
+        unknown = self.problem.unknown.x.array
+        self._solution.array_w[:] = unknown[: self._solution.local_size]
+        try:
+            self._snes.solve(None, self._solution)
+        except PETSc.Error as error:
+            # A factorisation that PETSc itself gives up on fails the step; anything else is a defect of ours.
+            if error.ierr not in (PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_MAT_CH_ZRPVT, PETSC_ERR_FP, PETSC_ERR_LIB):
+                raise
+            return NewtonReport(False, self._snes.getIterationNumber(), (), "the linear system is singular")
+        norms = tuple(float(norm) / self._force_scale for norm in self._snes.getConvergenceHistory()[0])
+        code = self._snes.getConvergedReason()
+        return NewtonReport(code > 0, self._snes.getIterationNumber(), norms, _REASONS.get(code, f"SNES reason {code}"))
+
+    def destroy(self) -> None:
+        """Free the solver's memory (collective)."""
+        for part in (self._snes, self._matrix, self._solution):
+            part.destroy()
+
+    def _take(self, x: PETSc.Vec) -> None:
+        self.problem.unknown.x.array[: x.local_size] = x.array_r
+
+    def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
+        self._take(x)
+        f.array_w[:] = self.problem.out_of_balance()
+
+    def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        # The line search may have looked further than the iterate it took.
+        if not np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size]):
+            self._take(x)
+            self.problem.unknown.x.scatter_forward()
+            self.problem.update()
+        P.zeroEntries()
+        for tangent in self.problem.tangents:
+            petsc.assemble_matrix(P, tangent, self.problem.conditions)
+        P.assemble()
+
+
+PETSC_ERR_LIB, PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_FP, PETSC_ERR_MAT_CH_ZRPVT = 76, 71, 72, 81
+
+_Reason = PETSc.SNES.ConvergedReason
+_REASONS: dict[Any, str] = {
+    _Reason.CONVERGED_FNORM_ABS: "the balances hold to the tolerance",
+    _Reason.DIVERGED_MAX_IT: "Newton's method did not converge within its number of iterations",
+    _Reason.DIVERGED_LINE_SEARCH: "no part of a Newton step reduces the residual",
+    _Reason.DIVERGED_LINEAR_SOLVE: "the linear system could not be solved",
+    _Reason.DIVERGED_FNORM_NAN: "the residual is not a number",
+    _Reason.DIVERGED_FUNCTION_DOMAIN: "the iterate is not admissible",
+    _Reason.DIVERGED_DTOL: "the residual grows without bound",
+}

@@ -1,0 +1,130 @@
+"""Densities that no two cells share: found by a local Newton iteration, eliminated from the global system.
+
+    until equilibrium of momentum:                       (the paper's integration-point based flow chart)
+        for each density: solve ρ − ρₙ = Δt R₀(ρ, u)      local Newton
+        solve [K_uu − K_uρ K_ρρ⁻¹ K_ρu] Δu = −G_u         global Newton, displacements only
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import basix.ufl
+import dolfinx
+import numpy as np
+import ufl
+
+from growthx import balances
+from growthx.condensation import condensed_tangent
+from growthx.discretisation import Discretisation
+from growthx.fields import law_as_arrays
+from growthx.kinematics import deformation_gradient
+from growthx.local_balance import solve_density
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from growthx.scene import Scene
+    from growthx.variants import Variant
+
+
+class PointBased(Discretisation):
+    """One density per cell or per integration point, statically condensed; the unknown is the displacement."""
+
+    symmetric = True
+
+    def __init__(self, scene: Scene, variant: Variant) -> None:
+        super().__init__(scene, variant)
+        V, u = self.displacement_space, self.displacement
+        test = ufl.TestFunction(V)
+        self.unknown = u
+        self._old_displacement = u.x.array.copy()
+        work, resting = self._growing_work(u, self.density, test), self._resting_work(u, test)
+        self.residual = self.compile.form(work if resting is None else work + resting)
+        self.tangents = [self._condensed_tangent()]
+        if resting is not None:
+            self.tangents.append(self.compile.form(ufl.derivative(resting, u)))
+        self._hold(V)
+        self._load(test, V)
+        energy = self.material.energy(deformation_gradient(u))
+        self._energy = self.compile.form(energy * ufl.TestFunction(self.density_space) * self.growing_volume)
+        self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
+        self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
+
+    def _make_spaces(self, displacement: Any, density: Any) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
+        domain = self.scene.mesh.domain
+        return dolfinx.fem.functionspace(domain, displacement), dolfinx.fem.functionspace(domain, density)
+
+    def _condensed_tangent(self) -> dolfinx.fem.Form:
+        V, u, rho = self.displacement_space, self.displacement, self.density
+        both = basix.ufl.mixed_element([V.ufl_element(), self.density_space.ufl_element()])
+        space = ufl.FunctionSpace(V.mesh.ufl_domain(), both)
+        (test_u, test_rho), (trial_u, trial_rho) = ufl.TestFunctions(space), ufl.TrialFunctions(space)
+        dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
+        residual = (
+            balances.internal_work(u, rho, test_u, self.material, dV)
+            + balances.storage(rho, self.old_density, test_rho, self.time_step, dV)
+            - balances.source(rho, u, test_rho, self.growth, self.material, dV)
+        )
+        tangent = ufl.derivative(residual, u, trial_u) + ufl.derivative(residual, rho, trial_rho)
+        densities = self.density_space.dofmap.dof_layout.num_dofs
+        return self.compile(condensed_tangent, tangent, V, densities, self.growing_cells)
+
+    def _average(self, coefficient: Any) -> NDArray[np.float64]:
+        """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
+        test = ufl.TestFunction(self.density_space)
+        share = self._assemble(self.compile.form(coefficient * test * self.growing_volume))
+        return share[self.density_dofs] / self.volumes[self.density_dofs]
+
+    def _elastic_energies(self) -> NDArray[np.float64]:
+        """Mean Ψ₀ⁿᵉᵒ over the part of a cell that belongs to each density, shape (growing densities,)."""
+        return self._assemble(self._energy)[self.density_dofs] / self.volumes[self.density_dofs]
+
+    def update(self) -> bool:
+        """Solve the balance of mass for each density at the running displacement."""
+        dofs = self.density_dofs
+        density = solve_density(
+            self._local_growth,
+            self._local_material,
+            self.old_density.x.array[dofs],
+            self._elastic_energies(),
+            float(self.time_step.value),
+            self.density.x.array[dofs],
+        )
+        self.density.x.array[dofs] = density
+        return bool(np.all(np.isfinite(density)))
+
+    def accept_step(self) -> None:
+        """Make the running iterate the state."""
+        self.old_density.x.array[:] = self.density.x.array
+        self._old_displacement[:] = self.displacement.x.array
+
+    def reject_step(self) -> None:
+        """Go back to the state at the start of the step."""
+        self.density.x.array[:] = self.old_density.x.array
+        self.displacement.x.array[:] = self._old_displacement
+
+    def iterate_density(self) -> NDArray[np.float64]:
+        """Density of the running iterate."""
+        return self.density.x.array
+
+    def iterate_displacement(self) -> NDArray[np.float64]:
+        """Displacement of the running iterate."""
+        return self.displacement.x.array
+
+    @property
+    def dofs(self) -> int:
+        """Number of displacements, supports included."""
+        dofmap = self.displacement_space.dofmap
+        return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+    def source_rate(self) -> float:
+        """∫ R₀ dV."""
+        dofs = self.density_dofs
+        density, energy = self.density.x.array[dofs], self._elastic_energies()
+        source = self._local_growth.mass_source(density, energy, self._local_material)
+        return self.comm.allreduce(float(self.volumes[dofs] @ source))
+
+    def resultant(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum of nodal forces per direction."""
+        return np.array(self.comm.allreduce(forces.reshape(-1, self.scene.mesh.dim).sum(axis=0)))

@@ -1,0 +1,181 @@
+"""The initial boundary value problem as plain, frozen data: what is grown, how it is held and loaded, and for how long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from growthx.errors import InputError, require
+from growthx.fields import Field
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from growthx.growth import EnergyDrivenGrowth
+    from growthx.material import Material
+    from growthx.mesh import Mesh
+
+Position = Callable[["NDArray[np.float64]"], "NDArray[np.float64]"]
+
+
+@dataclass(frozen=True)
+class Support:
+    """Prescribed displacement of a named boundary.
+
+    displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
+    Values other than zero grow with the load.
+    """
+
+    on: str
+    displacement: tuple[float | None, ...] | None = None
+
+    def components(self, dim: int) -> list[tuple[int, float]]:
+        """Pairs (direction, prescribed value) of the directions that are held."""
+        values = (0.0,) * dim if self.displacement is None else self.displacement
+        if len(values) != dim:
+            raise InputError(
+                f"the displacement {values} of the support '{self.on}' has {len(values)} entries: the mesh needs {dim}"
+            )
+        for value in values:
+            if value is not None:
+                require(value, f"the displacement of the support '{self.on}'", "a finite number", lambda _: True)
+        return [(i, float(value)) for i, value in enumerate(values) if value is not None]
+
+
+class Load(Protocol):
+    """A dead load on a named boundary."""
+
+    on: str
+
+    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Traction at the points x, shape (3, points), up to a factor if there is a resultant; shape (dim, points)."""
+        ...
+
+    @property
+    def resultant(self) -> tuple[float, ...] | None:
+        """The resulting force the traction must be scaled to, or None where the traction is meant as it is."""
+        ...
+
+
+def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
+    for value in values:
+        require(value, what, "a finite number", lambda _: True)
+    return tuple(float(value) for value in values)
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points)."""
+
+    on: str
+    value: tuple[float, ...] | Position
+    resultant = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.value):
+            _vector(self.value, f"a component of the traction on '{self.on}'")
+
+    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Traction at the points x."""
+        if callable(self.value):
+            return self.value(x)
+        return np.tile(np.array(self.value, dtype=float)[:, np.newaxis], x.shape[1])
+
+
+@dataclass(frozen=True)
+class DistributedForce:
+    """A force spread over a named boundary as parallel tractions in proportion to `weight`.
+
+    force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
+    weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
+    """
+
+    on: str
+    force: tuple[float, ...]
+    weight: Position | None = None
+    name: str = "force"
+
+    def __post_init__(self) -> None:
+        _vector(self.force, f"a component of the force '{self.name}' on '{self.on}'")
+
+    @property
+    def resultant(self) -> tuple[float, ...]:
+        """The force."""
+        return self.force
+
+    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Force times weight at the points x."""
+        weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
+        return np.outer(self.force, weight)
+
+
+@dataclass(frozen=True)
+class Program:
+    """Time steps and load ramp.
+
+    step: nominal time step Δt; until: end time; ramp: time over which loads and displacements grow linearly from zero.
+    """
+
+    step: float
+    until: float
+    ramp: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(self.step, "the time step Δt", "a positive number", lambda dt: dt > 0)
+        require(self.until, "the end time", "a positive number", lambda t: t > 0)
+        require(self.ramp, "the duration of the load ramp", "a number of at least 0", lambda t: t >= 0)
+        if self.until / self.step > 1e7:
+            raise InputError(
+                f"the time step Δt is {self.step:g} for an end time of {self.until:g}: that is more than ten million steps"
+            )
+
+    def times(self) -> NDArray[np.float64]:
+        """The times that must be hit: multiples of the step, then the end time exactly."""
+        count = math.ceil(self.until / self.step * (1 - 1e-12))
+        return np.append(self.step * np.arange(1, count), self.until)
+
+    def amplitude(self, time: float) -> float:
+        """Share of the loads at a time, from 0 to 1."""
+        # A step meant to end the ramp may miss its end by a rounding error.
+        return 1.0 if time >= self.ramp * (1 - 1e-12) else time / self.ramp
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An initial boundary value problem of growth.
+
+    initial_density: ρ(0), a number or a field; default: the material's reference density.
+    growing: names of the regions that grow; default: everywhere.  Elsewhere the density stays as it is at no cost.
+    info: what a scene wants to be remembered with its results, such as its thickness.
+    """
+
+    name: str
+    mesh: Mesh
+    material: Material
+    growth: EnergyDrivenGrowth
+    supports: tuple[Support, ...]
+    loads: tuple[Load, ...]
+    program: Program
+    initial_density: Field | None = None
+    growing: tuple[str, ...] | None = None
+    info: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
+        if self.mesh.cell_count == 0:
+            raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
+        for part in (*self.supports, *self.loads):
+            self.mesh.boundary(part.on)
+        if not self.supports:
+            raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
+        for region in self.growing or ():
+            self.mesh.region(region)
+
+    @property
+    def start_density(self) -> Field:
+        """ρ(0) with its default filled in."""
+        return self.material.reference_density if self.initial_density is None else self.initial_density

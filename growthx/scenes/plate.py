@@ -1,0 +1,37 @@
+"""A plate bent by a transverse traction: a scene of any size, its digits known from three other codes."""
+
+from __future__ import annotations
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+
+from growthx.errors import InputError
+from growthx.growth import EnergyDrivenGrowth
+from growthx.material import Material
+from growthx.mesh import Mesh
+from growthx.scene import Program, Scene, Support, Traction
+
+
+def plate(cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD) -> Scene:
+    """[0, 2] × [0, 1] in 2N × N quadrilaterals, clamped on the left, dead traction (0, −0.02) on the right.
+
+    cells: N.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+    """
+    if not (isinstance(cells, int) and cells > 0):
+        raise InputError(f"the number of cells over the plate's height is {cells!r}: a whole number from 1 is needed")
+    domain = dolfinx.mesh.create_rectangle(
+        comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), dolfinx.mesh.CellType.quadrilateral
+    )
+    mesh = Mesh.with_names(
+        domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)}
+    )
+    return Scene(
+        name="plate",
+        mesh=mesh,
+        material=Material(young=1.0, poisson=0.2, reference_density=1.0, density_exponent=n),
+        growth=EnergyDrivenGrowth(attractor=0.02, rate=10.0, exponent=m),
+        supports=(Support("left"),),
+        loads=(Traction("right", (0.0, -0.02)),),
+        program=Program(step=step, until=2.5, ramp=0.5),
+    )

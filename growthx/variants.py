@@ -1,0 +1,105 @@
+"""The discretisations of the literature as plain data (the paper's figures 1 and 4).
+
+A variant says which functions the displacement and the density are made of, and at which points of a cell the two
+balances are integrated.  Spaces, quadrature, names and the way to solve for the density follow from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import basix.ufl
+
+from growthx.errors import InputError
+
+
+class DensitySpace(Protocol):
+    """Where the densities of a cell live."""
+
+    local: bool  # no density is shared between cells, so that it can be eliminated cell by cell
+
+    def element(self, cell_name: str, mass_degree: int) -> Any:
+        """The basix element of the density on one cell."""
+        ...
+
+
+@dataclass(frozen=True)
+class Nodal:
+    """A density continuous between cells, with values at the nodes of a Lagrange element."""
+
+    degree: int
+    local = False
+
+    def element(self, cell_name: str, mass_degree: int) -> Any:
+        """Lagrange element of the given degree."""
+        return basix.ufl.element("Lagrange", cell_name, self.degree)
+
+
+@dataclass(frozen=True)
+class PerCell:
+    """One density for each cell."""
+
+    local = True
+
+    def element(self, cell_name: str, mass_degree: int) -> Any:
+        """Constant on the cell."""
+        return basix.ufl.element("DG", cell_name, 0)
+
+
+@dataclass(frozen=True)
+class AtPoints:
+    """One density for each integration point of the balance of mass."""
+
+    local = True
+
+    def element(self, cell_name: str, mass_degree: int) -> Any:
+        """Values at the quadrature points."""
+        return basix.ufl.quadrature_element(cell_name, degree=mass_degree)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A discretisation: displacement element, density space and, per direction, the points of the two balances.
+
+    displacement_degree: polynomial degree of the Lagrange displacement.
+    points: Gauss points per direction, the same for both balances.
+    """
+
+    name: str
+    displacement_degree: int
+    density: DensitySpace
+    points: int
+    summary: str
+
+    @property
+    def degree(self) -> int:
+        """Polynomial degree per direction that the Gauss rule integrates exactly."""
+        return 2 * self.points - 1
+
+    def displacement_element(self, cell_name: str, dim: int) -> Any:
+        """Vector-valued Lagrange element."""
+        return basix.ufl.element("Lagrange", cell_name, self.displacement_degree, shape=(dim,))
+
+    def density_element(self, cell_name: str) -> Any:
+        """Element of the density."""
+        return self.density.element(cell_name, self.degree)
+
+    def points_per_cell(self, cell_name: str) -> int:
+        """Number of integration points in a cell."""
+        return len(basix.make_quadrature(basix.CellType[cell_name], self.degree)[1])
+
+
+Q1Q1 = Variant("Q1Q1", 1, Nodal(1), 2, "node-based: continuous density, solved with the displacement")
+Q1P0 = Variant("Q1P0", 1, PerCell(), 2, "element-based: one density per cell, driven by the mean source of the cell")
+Q1 = Variant("Q1", 1, AtPoints(), 2, "integration-point based: a density at each of the 2 x 2 points")
+
+CATALOGUE = {variant.name: variant for variant in (Q1Q1, Q1P0, Q1)}
+
+
+def named(name: str) -> Variant:
+    """The variant of that name, in upper or lower case; InputError if there is none."""
+    for known, variant in CATALOGUE.items():
+        if known.lower() == name.lower():
+            return variant
+    raise InputError(f"there is no variant '{name}': one of {', '.join(CATALOGUE)} would be right")
