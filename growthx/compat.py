@@ -10,7 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mpi4py import MPI
     from numpy.typing import NDArray
 
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
@@ -54,15 +53,3 @@ def interpolation_points(element: Any) -> NDArray[np.float64]:
     """Points of the reference cell, shape (points, dim), that interpolation into an element needs."""
     points = element.interpolation_points
     return points() if callable(points) else points
-
-
-def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, dim: int) -> tuple[dolfinx.mesh.Mesh, Any, Any]:
-    """The DOLFINx mesh of a gmsh model, with its tags of cells and of facets."""
-    if VERSION >= (0, 10):
-        from dolfinx.io import gmsh
-
-        data = gmsh.model_to_mesh(model, comm, rank, gdim=dim)
-        return data.mesh, data.cell_tags, data.facet_tags
-    from dolfinx.io import gmshio
-
-    return gmshio.model_to_mesh(model, comm, rank, gdim=dim)

@@ -92,15 +92,16 @@ class DistributedForce:
 
     force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
     weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
+    case: the load case it belongs to, for pictures.
     """
 
     on: str
     force: tuple[float, ...]
     weight: Position | None = None
-    name: str = "force"
+    case: str = "load"
 
     def __post_init__(self) -> None:
-        _vector(self.force, f"a component of the force '{self.name}' on '{self.on}'")
+        _vector(self.force, f"a component of the force on '{self.on}'")
 
     @property
     def resultant(self) -> tuple[float, ...]:

@@ -7,11 +7,15 @@ balances are integrated.  Spaces, quadrature, names and the way to solve for the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import basix.ufl
+import numpy as np
 
 from growthx.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class DensitySpace(Protocol):
@@ -21,6 +25,13 @@ class DensitySpace(Protocol):
 
     def element(self, cell_name: str, mass_degree: int) -> Any:
         """The basix element of the density on one cell."""
+        ...
+
+    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share of each density of a cell at the points X of the reference cell, shape (points, densities).
+
+        X has shape (points, dim).  Each row sums to one.
+        """
         ...
 
 
@@ -35,6 +46,10 @@ class Nodal:
         """Lagrange element of the given degree."""
         return basix.ufl.element("Lagrange", cell_name, self.degree)
 
+    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The shape functions."""
+        return np.array(element.tabulate(0, X)[0])
+
 
 @dataclass(frozen=True)
 class PerCell:
@@ -46,6 +61,10 @@ class PerCell:
         """Constant on the cell."""
         return basix.ufl.element("DG", cell_name, 0)
 
+    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The one density everywhere."""
+        return np.ones((len(X), 1))
+
 
 @dataclass(frozen=True)
 class AtPoints:
@@ -56,6 +75,12 @@ class AtPoints:
     def element(self, cell_name: str, mass_degree: int) -> Any:
         """Values at the quadrature points."""
         return basix.ufl.quadrature_element(cell_name, degree=mass_degree)
+
+    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The density of the nearest integration point."""
+        points = element.custom_quadrature()[0]
+        nearest = np.linalg.norm(X[:, np.newaxis] - points, axis=2).argmin(axis=1)
+        return np.eye(len(points))[nearest]
 
 
 @dataclass(frozen=True)

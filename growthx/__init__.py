@@ -1,0 +1,57 @@
+"""growthx: density growth at finite strains (Kuhl, Menzel & Steinmann 2003) on FEniCSx.
+
+    import growthx as gx
+
+    result = gx.solve(gx.scenes.femur(), gx.Q1P0)
+    print(result.problem.mass())
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import Any
+
+# One thread per rank: MPI is the parallelism, and threads of the BLAS would compete with it for the cores.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+__version__ = "0.1.0"
+
+# Where the public names live.  A module is imported when one of its names is first used: `import growthx` is light.
+_HOME = {
+    "Scene": "scene",
+    "Support": "scene",
+    "Traction": "scene",
+    "DistributedForce": "scene",
+    "Program": "scene",
+    "Mesh": "mesh",
+    "Material": "material",
+    "EnergyDrivenGrowth": "growth",
+    "Variant": "variants",
+    "Q1Q1": "variants",
+    "Q1P0": "variants",
+    "Q1": "variants",
+    "discretise": "marching",
+    "march": "marching",
+    "solve": "run",
+    "Result": "run",
+    "RunEndedEarly": "run",
+    "GrowthxError": "errors",
+    "InputError": "errors",
+    "EndedEarly": "errors",
+}
+_MODULES = {"meshing", "plots", "results", "scenes", "variants", "zones"}
+
+__all__ = ["__version__", *_HOME, *_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(f"growthx.{_HOME[name]}"), name)
+    if name in _MODULES:
+        return importlib.import_module(f"growthx.{name}")
+    raise AttributeError(f"growthx has no '{name}'; it has {', '.join(sorted(__all__))}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,41 @@
+"""Homogeneous states, against which the discretisations are compared: biological equilibrium of a bar in tension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scipy.optimize import brentq
+
+if TYPE_CHECKING:
+    from growthx.growth import EnergyDrivenGrowth
+    from growthx.material import Material
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A homogeneous state: density and stretches along the load and across it (plane strain out of plane)."""
+
+    density: float
+    stretch: float
+    transverse_stretch: float
+
+
+def uniaxial_equilibrium(material: Material, growth: EnergyDrivenGrowth, traction: float) -> Equilibrium:
+    """Uniaxial tension in plane strain with R₀ = 0, for uniform parameters and m ≠ n.
+
+    The density follows from [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ = Ψ₀* (6), the transverse stretch from P̄₂₂ = 0, and the stretch from
+    P̄₁₁ = traction (force per reference area, positive).
+    """
+    exponent = 1 / (growth.exponent - material.density_exponent)
+
+    def state(stretch: float) -> Equilibrium:
+        across = brentq(lambda s: material.principal_stresses((stretch, s, 1.0), 1.0)[1], 1e-6, 2.0, xtol=1e-15)
+        energy = material.elastic_energy(stretch**2 + across**2 + 1, stretch * across)
+        return Equilibrium(material.reference_density * (energy / growth.attractor) ** exponent, stretch, across)
+
+    def excess(stretch: float) -> float:
+        at = state(stretch)
+        return material.principal_stresses((at.stretch, at.transverse_stretch, 1.0), at.density)[0] - traction
+
+    return state(brentq(excess, 1 + 1e-9, 1e3, xtol=1e-14))

@@ -1,0 +1,174 @@
+"""What a run leaves on disk: fields for ParaView and the history as CSV.  Numbers are global, files never overwritten."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx.io import VTKFile
+
+from growthx.errors import InputError
+from growthx.kinematics import deformation_gradient, volume_ratio
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from mpi4py import MPI
+    from numpy.typing import NDArray
+
+    from growthx.discretisation import Discretisation
+    from growthx.run import Result
+
+
+def new_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
+    """Make a folder for results, on all ranks; InputError if it holds anything already or cannot be written."""
+    problem = ""
+    folder = Path(path)
+    if comm.rank == 0:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if any(folder.iterdir()):
+                problem = f"the folder {folder} is not empty: a new or empty one would keep what is there"
+            elif not os.access(folder, os.W_OK):
+                problem = f"the folder {folder} is not writable: one you may write to would be right"
+        except OSError as error:
+            problem = f"the folder {folder} cannot be made ({error.strerror}): one you may write to would be right"
+    if problem := comm.bcast(problem):
+        raise InputError(problem)
+    return folder
+
+
+def free_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
+    """Make `path`, or the first of `path-2`, `path-3`, … that is new or empty, on all ranks."""
+    folder, count = Path(path), 1
+    if comm.rank == 0:
+        while folder.is_dir() and any(folder.iterdir()):
+            count += 1
+            folder = Path(f"{path}-{count}")
+    return new_folder(comm.bcast(folder), comm)
+
+
+def cell_fields(problem: Discretisation) -> dict[str, NDArray[np.float64]]:
+    """Means over the owned cells, each of shape (cells,).
+
+    density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume), mass_source R₀ (density per
+    time, zero where nothing grows), major_stress and minor_stress: principal Cauchy stresses (in the plane, in two
+    dimensions).
+    """
+    mesh, dim = problem.scene.mesh, problem.scene.mesh.dim
+    u, rho, material, growth = problem.displacement, problem.density, problem.material, problem.growth
+    F = deformation_gradient(u)
+    energy = material.energy(F)
+    sigma = material.stress(F, rho) * F.T / volume_ratio(F)
+    upper = [(i, j) for i in range(dim) for j in range(i, dim)]
+    space = dolfinx.fem.functionspace(mesh.domain, ("DG", 0, (3 + len(upper),)))
+    test = ufl.TestFunction(space)
+    everywhere = [rho, growth.stimulus(rho, energy, material), *(sigma[i, j] for i, j in upper)]
+    form = ufl.inner(ufl.as_vector([*everywhere, ufl.as_ufl(0)]), test) * problem.whole_volume
+    form += growth.mass_source(rho, energy, material) * test[len(everywhere)] * problem.growing_volume
+    volume = ufl.inner(ufl.as_vector([1.0] * (3 + len(upper))), test) * problem.whole_volume
+    total, volumes = (problem._assemble(dolfinx.fem.form(part)).reshape(-1, 3 + len(upper)) for part in (form, volume))
+    means = total / volumes
+    stress = np.empty((len(means), dim, dim))
+    for column, (i, j) in enumerate(upper, start=2):
+        stress[:, i, j] = stress[:, j, i] = means[:, column]
+    principal = np.linalg.eigvalsh(stress)
+    reference = problem.scene.material.reference_density
+    return {
+        "density": means[:, 0],
+        "relative_change": means[:, 0] / reference - 1,
+        "stimulus": means[:, 1],
+        "mass_source": means[:, -1],
+        "major_stress": principal[:, -1],
+        "minor_stress": principal[:, 0],
+    }
+
+
+class FieldWriter:
+    """Writes the fields of a state, one after another in time, as a series that ParaView opens (`fields.pvd`)."""
+
+    def __init__(self, folder: Path, problem: Discretisation) -> None:
+        self._problem = problem
+        mesh = problem.scene.mesh
+        self._file = VTKFile(problem.comm, folder / "fields.pvd", "w")
+        self._per_cell = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
+        self._displacement = dolfinx.fem.Function(
+            dolfinx.fem.functionspace(mesh.domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
+        )
+
+    def write(self, time: float) -> None:
+        """Append the state at a time: displacement at the nodes, everything else as means over the cells."""
+        self._displacement.interpolate(self._problem.displacement)
+        functions = [self._displacement]
+        for name, values in cell_fields(self._problem).items():
+            function = dolfinx.fem.Function(self._per_cell, name=name)
+            function.x.array[: len(values)] = values
+            function.x.scatter_forward()
+            functions.append(function)
+        self._file.write_function(functions, time)
+
+    def close(self) -> None:
+        """Finish the files."""
+        self._file.close()
+
+
+def write_history(folder: Path, result: Result) -> None:
+    """Write `history.csv`, one row per step; a run in several ranks writes it once."""
+    if result.problem.comm.rank != 0:
+        return
+    directions = "xyz"[: result.scene.mesh.dim]
+    with (folder / "history.csv").open("x", newline="") as file:
+        writer = csv.writer(file)
+        supports = list(result.steps[0].reactions) if result.steps else []
+        writer.writerow(
+            ["time", "time_step", "load", "rejected", "newton_iterations", "residual", "mass", "mass_defect"]
+            + ["min_density", "max_density"]
+            + [f"reaction_{name}_{direction}" for name in supports for direction in directions]
+        )
+        for step in result.steps:
+            writer.writerow(
+                [step.time, step.time_step, step.load, step.rejected, step.newton_iterations]
+                + [step.newton.residual_norms[-1], step.mass, step.mass_defect, step.min_density, step.max_density]
+                + [float(force) for name in supports for force in step.reactions[name]]
+            )
+
+
+def write(folder: Path, result: Result) -> None:
+    """Write the last state's fields and the history into a folder made by `new_folder`."""
+    writer = FieldWriter(folder, result.problem)
+    writer.write(result.time)
+    writer.close()
+    write_history(folder, result)
+
+
+def summary(result: Result) -> Mapping[str, object]:
+    """The numbers of a run that every scene has, as scalars."""
+    from growthx import __version__
+
+    problem = result.problem
+    low, high = problem.density_range()
+    return {
+        "schema": 1,
+        "versions": {"growthx": __version__, "dolfinx": dolfinx.__version__},
+        "scene": result.scene.name,
+        "variant": result.variant.name,
+        "cells": result.scene.mesh.cell_count,
+        "dofs": problem.dofs,
+        "points": problem.points,
+        "time": result.time,
+        "steps": len(result.steps),
+        "newton_iterations": result.newton_iterations,
+        "converged": result.converged,
+        **({} if result.converged else {"reason": result.reason}),
+        "min_density": low,
+        "max_density": high,
+        "mass": problem.mass(),
+        "setup_s": result.setup_s,
+        "compile_s": result.compile_s,
+        "solve_s": result.solve_s,
+    }

@@ -1,0 +1,121 @@
+"""The paper's bar in tension (its sections 4.4 and 5.4): a discontinuous and a continuous problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from growthx import meshing
+from growthx.errors import InputError
+from growthx.growth import EnergyDrivenGrowth
+from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
+from growthx.material import Material
+from growthx.scene import Program, Scene, Support, Traction
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from growthx.discretisation import Discretisation
+
+TRACTION = 2.0
+ATTRACTOR_LEVELS = (2.0, 1.75, 1.5, 1.25, 1.0)  # from either end to mid-length, each on a tenth of the length
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One of the paper's two bars.
+
+    attractor: Ψ₀*(x₁) along the bar.  taper: width at mid-length over width at the ends, linear between.
+    """
+
+    name: str
+    attractor: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    taper: float
+
+    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Force over the cross-section's area along the bar."""
+        return TRACTION / (1 - (1 - self.taper) * (1 - np.abs(2 * x - 1)))
+
+
+def _stepped(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.choose(np.clip((np.minimum(x, 1 - x) * 10).astype(int), 0, 4), ATTRACTOR_LEVELS)
+
+
+DISCONTINUOUS = Problem("discontinuous", _stepped, taper=1.0)
+CONTINUOUS = Problem("continuous", lambda x: np.full_like(x, 2.0), taper=0.5)
+PROBLEMS = {problem.name: problem for problem in (DISCONTINUOUS, CONTINUOUS)}
+
+
+def bar(
+    problem: Problem = DISCONTINUOUS,
+    elements: int = 40,
+    *,
+    n: float = 2.0,
+    m: float = 3.0,
+    step: float = 0.1,
+    until: float = 6.0,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Scene:
+    """Bar [0, 1] × 0.01 of `elements` × 1 quadrilaterals, clamped on the left, dead traction (2, 0) on the right.
+
+    n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
+    """
+    if not isinstance(elements, int) or elements < 1:
+        raise InputError(f"the number of elements is {elements!r}: a whole number from 1 would be right")
+    if problem.taper != 1.0 or elements % 10 == 0:
+        attractor = problem.attractor
+    else:
+        raise InputError(f"the discontinuous bar has {elements} elements: a multiple of 10 would meet its ten levels")
+    mesh = meshing.read(meshing.locate("bar.geo"), comm=comm, elements=elements, taper=problem.taper)
+    return Scene(
+        name=f"bar, {problem.name}",
+        mesh=mesh,
+        material=Material(young=1.0, poisson=0.2, reference_density=1.0, density_exponent=n),
+        growth=EnergyDrivenGrowth(attractor=lambda x: attractor(x[0]), rate=1.0, exponent=m),
+        supports=(Support("left"),),
+        loads=(Traction("right", (TRACTION, 0.0)),),
+        program=Program(step=step, until=until, ramp=1.0),
+    )
+
+
+def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
+    """Semi-analytic state at biological equilibrium where every cross-section is free: the end of a long march."""
+    growth = EnergyDrivenGrowth(float(problem.attractor(np.array([x]))[0]), scene.growth.rate, scene.growth.exponent)
+    return uniaxial_equilibrium(scene.material, growth, float(problem.traction(np.array([x]))[0]))
+
+
+def midpoint_density_change(discretisation: Discretisation) -> float:
+    """[ρ − ρ*]/ρ* at mid-length: in the cell to the right of x = 0.5, in the outermost row, nearest to x = 0.5."""
+    mesh, space = discretisation.scene.mesh, discretisation.density_space
+    positions = discretisation.density_positions()
+    found = []
+    for cell in mesh.owned_cells[_right_of_middle(discretisation)]:
+        for dof in space.dofmap.list[cell]:
+            x, y, _ = positions[dof]
+            found.append((round(abs(x - 0.5), 9), round(y, 9), float(discretisation.density.x.array[dof])))
+    density = min(entry for entries in mesh.domain.comm.allgather(found) for entry in entries)[2]
+    return density / discretisation.scene.material.reference_density - 1
+
+
+def _right_of_middle(discretisation: Discretisation) -> NDArray[np.bool_]:
+    """The owned cells that start at mid-length."""
+    import dolfinx
+
+    mesh = discretisation.scene.mesh
+    starts = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)], 0].min(axis=1)
+    assert isinstance(mesh.domain, dolfinx.mesh.Mesh)
+    return np.isclose(starts, 0.5)
+
+
+def end_displacement(discretisation: Discretisation) -> float:
+    """Axial displacement (length) of a corner of the loaded end."""
+    space, u = discretisation.displacement_space, discretisation.displacement.x.array
+    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+    at_end = np.flatnonzero(np.isclose(x[:, 0], 1.0))
+    found = [(round(x[i, 1], 9), float(u[i * space.dofmap.bs])) for i in at_end]
+    return min(entry for entries in discretisation.comm.allgather(found) for entry in entries)[1]

@@ -1,0 +1,175 @@
+"""The proximal femur under the daily loads of walking and of extreme ab- and adduction (the paper's section 6).
+
+Units: N, mm, MPa, g/cm³.  x points medially, y proximally.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+from scipy.interpolate import CubicSpline
+
+from growthx import meshing
+from growthx.errors import InputError, require
+from growthx.growth import EnergyDrivenGrowth
+from growthx.material import Material
+from growthx.mesh import Mesh
+from growthx.scene import DistributedForce, Program, Scene, Support
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+HEAD_CENTRE = (43.0, 132.0)
+JOINT_HALF_ARC = np.radians(35.0)
+ABDUCTOR_INSERTION = (45, 52)  # control points of the outline
+OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """Hip joint force on the head and abductor force on the greater trochanter (N), with angles from the vertical."""
+
+    name: str
+    joint: float
+    joint_angle: float  # degrees
+    abductor: float
+    abductor_angle: float  # degrees
+
+    @property
+    def joint_force(self) -> tuple[float, float]:
+        """−F (sin a, cos a): down onto the head."""
+        a = np.radians(self.joint_angle)
+        return -self.joint * float(np.sin(a)), -self.joint * float(np.cos(a))
+
+    @property
+    def abductor_force(self) -> tuple[float, float]:
+        """+F (sin b, cos b): up at the trochanter."""
+        b = np.radians(self.abductor_angle)
+        return self.abductor * float(np.sin(b)), self.abductor * float(np.cos(b))
+
+
+LOAD_CASES = (
+    LoadCase("midstance of gait", 2317.0, 24.0, 703.0, 28.0),
+    LoadCase("extreme abduction", 1158.0, -15.0, 351.0, -8.0),
+    LoadCase("extreme adduction", 1548.0, 56.0, 468.0, 35.0),
+)
+# How the cases share one displacement field: by their part of the daily cycles, or summed.
+AVERAGE = (0.6, 0.2, 0.2)
+SUPERPOSED = (1.0, 1.0, 1.0)
+
+
+def femur(
+    mesh: Mesh | str | Path | None = None,
+    *,
+    size: float = 3.5,
+    refine: int = 1,
+    thickness: float = 30.0,
+    weights: tuple[float, float, float] = AVERAGE,
+    n: float = 2.0,
+    m: float = 3.0,
+    step: float = 4.0,
+    until: float = 160.0,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Scene:
+    """The femur, fixed at its distal end and loaded by the weighted sum of the three load cases.
+
+    mesh: a Mesh or a .geo or .msh file in mm with boundaries "surface" and "distal" (default: our own outline).
+    size: cell size (mm) of our own outline.  refine: every cell is split into refine × refine.
+    thickness: of the plane model (mm).  weights: of the load cases, `AVERAGE`, `SUPERPOSED` or your own.
+    n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
+    """
+    require(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
+    for weight in weights:
+        require(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+    if mesh is None:
+        require(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
+        mesh = meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size)
+    elif not isinstance(mesh, Mesh):
+        mesh = meshing.read(mesh, refine=refine, comm=comm)
+    return Scene(
+        name="femur",
+        mesh=mesh,
+        material=Material(young=500.0, poisson=0.2, reference_density=1.2, density_exponent=n),
+        growth=EnergyDrivenGrowth(attractor=0.01, rate=1.0, exponent=m),
+        supports=(Support("distal"),),
+        loads=tuple(
+            force
+            for case, weight in zip(LOAD_CASES, weights, strict=True)
+            if weight > 0
+            for force in _forces(case, weight / thickness)
+        ),
+        program=Program(step=step, until=until, ramp=5 * step),
+        info={"thickness": thickness, "weights": weights},
+    )
+
+
+def _forces(case: LoadCase, factor: float) -> tuple[DistributedForce, DistributedForce]:
+    joint = tuple(factor * component for component in case.joint_force)
+    abductor = tuple(factor * component for component in case.abductor_force)
+    return (
+        DistributedForce("surface", joint, _joint_weight(case), case.name),
+        DistributedForce("surface", abductor, abductor_weight, case.name),
+    )
+
+
+def _joint_weight(case: LoadCase):
+    """Cosine over ±35° of the head's arc about the direction the force comes from."""
+    centre = np.radians(90.0 - case.joint_angle)
+
+    def weight(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        angle = np.arctan2(x[1] - HEAD_CENTRE[1], x[0] - HEAD_CENTRE[0]) - centre
+        angle = (angle + np.pi) % (2 * np.pi) - np.pi
+        return np.where(np.abs(angle) < JOINT_HALF_ARC, np.cos(np.pi / 2 * angle / JOINT_HALF_ARC), 0.0)
+
+    return weight
+
+
+def abductor_weight(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Half a sine along the arc of the abductors' insertion, at points x of shape (3, points)."""
+    arc, share = _insertion()
+    distance = np.hypot(x[0][:, np.newaxis] - arc[:, 0], x[1][:, np.newaxis] - arc[:, 1])
+    nearest = distance.argmin(axis=1)
+    return np.where(distance.min(axis=1) < OFF_OUTLINE, np.sin(np.pi * share[nearest]), 0.0)
+
+
+@cache
+def outline() -> NDArray[np.float64]:
+    """Control points of the outline, anticlockwise from the distal medial corner, shape (63, 2), mm."""
+    with meshing.locate("femur_outline.csv").open(newline="") as file:
+        return np.array([(float(row["x_mm"]), float(row["y_mm"])) for row in csv.DictReader(file)])
+
+
+@cache
+def _insertion() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points on the abductors' insertion, shape (points, 2), and their share of its arc length from 0 to 1."""
+    points = outline()
+    spline = CubicSpline(np.arange(len(points)), points)
+    arc = spline(np.linspace(*ABDUCTOR_INSERTION, 2001))
+    length = np.append(0.0, np.cumsum(np.hypot(*np.diff(arc, axis=0).T)))
+    return arc, length / length[-1]
+
+
+@cache
+def zones() -> dict[str, NDArray[np.float64]]:
+    """Polygons of anatomical zones by name, shape (corners, 2), mm."""
+    corners: dict[str, list[tuple[float, float]]] = {}
+    with meshing.locate("femur_zones.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            corners.setdefault(row["zone"], []).append((float(row["x_mm"]), float(row["y_mm"])))
+    return {name: np.array(polygon) for name, polygon in corners.items()}
+
+
+COMBINATIONS = {"average": AVERAGE, "superposed": SUPERPOSED}
+
+
+def combination(name: str) -> tuple[float, float, float]:
+    """Weights of the load cases for a combination's name; InputError if there is none."""
+    if name not in COMBINATIONS:
+        raise InputError(f"there is no load combination '{name}': one of {', '.join(COMBINATIONS)} would be right")
+    return COMBINATIONS[name]

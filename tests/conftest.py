@@ -1,0 +1,44 @@
+"""Every test runs in one rank or in several; a test that starts programs of its own is marked `serial`."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from mpi4py import MPI
+
+COMM = MPI.COMM_WORLD
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    """Let rank 0 alone report."""
+    if COMM.rank > 0:
+        nowhere = open(os.devnull, "w")  # noqa: SIM115
+        config.add_cleanup(nowhere.close)
+        config.pluginmanager.get_plugin("terminalreporter")._tw._file = nowhere
+
+
+def pytest_collection_modifyitems(items):
+    """Leave out tests that start programs when this is itself a rank: they would hang."""
+    if COMM.size > 1:
+        skip = pytest.mark.skip(reason="starts programs of its own, which hang inside an MPI rank")
+        for item in items:
+            if item.get_closest_marker("serial"):
+                item.add_marker(skip)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    """End all ranks when a test fails on one: the others may be waiting for it."""
+    outcome = yield
+    report = outcome.get_result()
+    if COMM.size > 1 and report.failed:
+        print(f"rank {COMM.rank} of {COMM.size}: {item.nodeid} failed\n{report.longreprtext}", file=sys.__stderr__, flush=True)
+        COMM.Abort(1)
+
+
+@pytest.fixture
+def shared_folder(tmp_path):
+    """An empty folder that all ranks see, as rank 0's."""
+    return Path(COMM.bcast(str(tmp_path)))
