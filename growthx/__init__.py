@@ -1,9 +1,9 @@
 """growthx: density growth at finite strains (Kuhl, Menzel & Steinmann 2003) on FEniCSx.
 
-    import growthx as gx
+import growthx as gx
 
-    result = gx.solve(gx.scenes.femur(), gx.Q1P0)
-    print(result.problem.mass())
+result = gx.solve(gx.scenes.femur(), gx.Q1P0)
+print(result.problem.mass())
 """
 
 from __future__ import annotations
@@ -36,11 +36,12 @@ _HOME = {
     "solve": "run",
     "Result": "run",
     "RunEndedEarly": "run",
+    "guarded": "parallel",
     "GrowthxError": "errors",
     "InputError": "errors",
     "EndedEarly": "errors",
 }
-_MODULES = {"meshing", "plots", "results", "scenes", "variants", "zones"}
+_MODULES = {"meshing", "plots", "report", "results", "scenes", "variants", "zones"}
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 

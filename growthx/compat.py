@@ -10,9 +10,10 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from growthx.arrays import Floats, Indices
 
-VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
+DOLFINX_VERSION: str = dolfinx.__version__  # type: ignore[attr-defined]
+VERSION = tuple(int(part) for part in DOLFINX_VERSION.split(".")[:2])
 
 # Since 0.10 a compiled kernel takes one more argument, a pointer to data of the caller's.
 KERNEL_EXTRA_TYPE = ", void*" if VERSION >= (0, 10) else ""
@@ -26,7 +27,7 @@ def integral_kernel_address(ufcx_form: Any, ffi: Any) -> int:
 def cell_form(
     spaces: Sequence[dolfinx.fem.FunctionSpace],
     kernel: int,
-    cells: NDArray[np.int32],
+    cells: Indices,
     coefficients: Sequence[dolfinx.fem.Function],
     constants: Sequence[dolfinx.fem.Constant],
 ) -> dolfinx.fem.Form:
@@ -49,7 +50,7 @@ def cell_form(
     )
 
 
-def interpolation_points(element: Any) -> NDArray[np.float64]:
+def interpolation_points(element: Any) -> Floats:
     """Points of the reference cell, shape (points, dim), that interpolation into an element needs."""
     points = element.interpolation_points
     return points() if callable(points) else points

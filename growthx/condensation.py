@@ -24,9 +24,9 @@ import dolfinx
 from growthx import compat
 
 if TYPE_CHECKING:
-    import numpy as np
     import ufl
-    from numpy.typing import NDArray
+
+    from growthx.arrays import Indices
 
 SOURCE = """
 #include <stdint.h>
@@ -70,7 +70,7 @@ def condensed_tangent(
     tangent: ufl.Form,
     space: dolfinx.fem.FunctionSpace,
     densities: int,
-    cells: NDArray[np.int32],
+    cells: Indices,
 ) -> dolfinx.fem.Form:
     """The tangent of both balances as a form of the displacement alone.
 
@@ -99,7 +99,7 @@ def condensed_tangent(
         [coefficients[used[i]] for i in range(ufcx_form.num_coefficients)],
         tangent.constants(),
     )
-    form.kernel_modules = (module, library)  # the form calls into them: they must live as long as it does
+    form.kernel_modules = (module, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
     return form
 
 

@@ -19,8 +19,7 @@ from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.sampling import dof_positions
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats, Indices, Marks
     from growthx.scene import Load, Scene
     from growthx.variants import Variant
 
@@ -54,7 +53,7 @@ class Held:
     condition: dolfinx.fem.DirichletBC
 
     @property
-    def owned(self) -> NDArray[np.int32]:
+    def owned(self) -> Indices:
         """Indices of the held unknowns this rank owns."""
         dofs, count = self.condition.dof_indices()
         return np.asarray(dofs[:count])
@@ -86,7 +85,7 @@ class Discretisation(ABC):
         self.old_density = dolfinx.fem.Function(self.density_space, name="old_density")
         self.material = law_as_ufl(scene.material, mesh)
         self.growth = law_as_ufl(scene.growth, mesh)
-        self.time_step = dolfinx.fem.Constant(domain, scene.program.step)
+        self.time_step = dolfinx.fem.Constant(domain, np.float64(scene.program.step))
         self.amplitude = 0.0
         self._split_cells()
         self.density_dofs = self._growing_densities()
@@ -96,7 +95,9 @@ class Discretisation(ABC):
     # -- set-up --------------------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def _make_spaces(self, displacement: Any, density: Any) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
+    def _make_spaces(
+        self, displacement: Any, density: Any
+    ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
         """Function spaces of the displacement and of the density for the given elements."""
 
     def _split_cells(self) -> None:
@@ -117,7 +118,7 @@ class Discretisation(ABC):
         if self.comm.allreduce(len(mesh.owned_cells) - len(self.growing_cells)):
             self.resting_volume = volume(0)
 
-    def _growing_densities(self) -> NDArray[np.int32]:
+    def _growing_densities(self) -> Indices:
         """Owned densities of cells that grow, as indices into the density's array."""
         dofmap = self.density_space.dofmap
         marks = dolfinx.la.vector(dofmap.index_map, 1)
@@ -171,7 +172,7 @@ class Discretisation(ABC):
         for load in self.scene.loads:
             self.nodal_load += self._nodal_forces(load, test)
 
-    def _nodal_forces(self, load: Load, test: Any) -> NDArray[np.float64]:
+    def _nodal_forces(self, load: Load, test: Any) -> Floats:
         traction = dolfinx.fem.Function(self.displacement_space)
         traction.interpolate(load.traction)
         surface = self.scene.mesh.boundary_measure(load.on, 2 * self.variant.displacement_degree)
@@ -195,13 +196,16 @@ class Discretisation(ABC):
         for held in self.held:
             self.unknown.x.array[held.condition.dof_indices()[0]] = amplitude * held.value
 
-    def out_of_balance(self) -> NDArray[np.float64]:
+    def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
 
         Rows of held unknowns are zero: they hold no equation.
         """
         self.unknown.x.scatter_forward()
-        forces = self._forces() if self.update() else np.full_like(self.nodal_load, np.nan)
+        admissible = self.update()
+        forces = self._forces()  # on all ranks, whatever one of them has found
+        if not admissible:
+            forces[:] = np.nan
         for condition in self.conditions:
             dofs, owned = condition.dof_indices()
             forces[dofs[:owned]] = 0.0
@@ -221,14 +225,16 @@ class Discretisation(ABC):
         mesh, young = self.scene.mesh, self.material.young
         size = self.comm.allreduce(float(np.sum(self.volumes))) ** (1 / mesh.dim)
         moved = max((abs(held.value) for held in self.held), default=0.0)
-        stiffness = float(np.max(young.x.array)) if isinstance(young, dolfinx.fem.Function) else float(young.value)
+        stiffness = (
+            float(young.x.array.max(initial=0.0)) if isinstance(young, dolfinx.fem.Function) else float(young.value)
+        )
         return self.comm.allreduce(stiffness, MPI.MAX) * (moved or size) * size ** (mesh.dim - 2)
 
-    def _forces(self) -> NDArray[np.float64]:
+    def _forces(self) -> Floats:
         """Internal minus external forces as they are: at supports, what the supports bear."""
         return self._assemble(self.residual) - self.amplitude * self.nodal_load
 
-    def _assemble(self, form: dolfinx.fem.Form) -> NDArray[np.float64]:
+    def _assemble(self, form: dolfinx.fem.Form) -> Floats:
         """The linear form's owned entries."""
         dofmap = form.function_spaces[0].dofmap
         vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
@@ -252,11 +258,11 @@ class Discretisation(ABC):
         """Go back to the state at the start of the step."""
 
     @abstractmethod
-    def iterate_density(self) -> NDArray[np.float64]:
+    def iterate_density(self) -> Floats:
         """Density of the running iterate, as `density.x.array`."""
 
     @abstractmethod
-    def iterate_displacement(self) -> NDArray[np.float64]:
+    def iterate_displacement(self) -> Floats:
         """Displacement of the running iterate, as `displacement.x.array`."""
 
     def inadmissible(self) -> str:
@@ -277,7 +283,7 @@ class Discretisation(ABC):
             return f"no positive density balances the mass at {where}"
         return ""
 
-    def _first(self, wrong: NDArray[np.bool_], where: NDArray[np.float64]) -> str:
+    def _first(self, wrong: Marks, where: Floats) -> str:
         """Position of the first entry that is wrong on any rank, as text; empty if none is."""
         found = np.flatnonzero(wrong)
         places = self.comm.allgather(where[found[0]] if len(found) else None)
@@ -301,10 +307,10 @@ class Discretisation(ABC):
         """∫ R₀ dV, mass per time (per thickness in two dimensions)."""
 
     @abstractmethod
-    def resultant(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    def resultant(self, forces: Floats) -> Floats:
         """Sum of nodal forces on all ranks, one per direction, shape (dim,)."""
 
-    def density_positions(self) -> NDArray[np.float64]:
+    def density_positions(self) -> Floats:
         """Where the densities are, in the order of `density.x.array`, shape (densities, 3)."""
         return dof_positions(self.density_space, self.scene.mesh)
 
@@ -312,6 +318,10 @@ class Discretisation(ABC):
         """∫ ρ dV over what grows (mass; per thickness in two dimensions)."""
         dofs = self.density_dofs
         return self.comm.allreduce(float(self.volumes[dofs] @ self.density.x.array[dofs]))
+
+    def mean_density(self) -> float:
+        """Mean of ρ over what grows."""
+        return self.mass() / self.comm.allreduce(float(self.volumes.sum()))
 
     def density_range(self) -> tuple[float, float]:
         """Lowest and highest of the density's own degrees of freedom."""
@@ -321,10 +331,11 @@ class Discretisation(ABC):
             self.comm.allreduce(float(values.max(initial=-np.inf)), MPI.MAX),
         )
 
-    def reactions(self) -> dict[str, NDArray[np.float64]]:
+    def reactions(self) -> dict[str, Floats]:
         """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,)."""
         forces = self._forces()
-        total = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
+        total: dict[str, Floats] = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
         for held in self.held:
             total[held.boundary][held.direction] += self.comm.allreduce(float(forces[held.owned].sum()))
+            forces[held.owned] = 0.0  # what two supports share is borne by the first
         return total

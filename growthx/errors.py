@@ -31,14 +31,13 @@ class EndedEarly(GrowthxError):
 def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> None:
     """Refuse a number, any number in a mapping, or a DOLFINx Function's values, if not finite or not as `holds` wants.
 
-    The values of other fields (functions of position) are checked when they have become DOLFINx Functions.
+    The values of functions of position are checked when they have become DOLFINx Functions.  What is neither a number
+    nor a field is refused.
     """
     if isinstance(value, Mapping):
         for name, part in value.items():
             require(part, f"{what} of '{name}'", wanted, holds)
-    elif isinstance(value, bool | str) or value is None:
-        raise InputError(f"{what} is {value!r}: {wanted} would be right")
-    elif isinstance(value, Real):
+    elif isinstance(value, Real) and not isinstance(value, bool):
         if not (math.isfinite(value) and holds(value)):
             raise InputError(f"{what} is {float(value):g}: {wanted} would be right")
     elif hasattr(value, "function_space"):
@@ -48,3 +47,5 @@ def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> 
         found = [rank for rank in value.function_space.mesh.comm.allgather(wrong[:1].tolist()) if rank]
         if found:
             raise InputError(f"{what} is {found[0][0]:g} somewhere: {wanted} would be right")
+    elif not (callable(value) or isinstance(value, np.ndarray)):
+        raise InputError(f"{what} is {value!r}: {wanted} would be right")

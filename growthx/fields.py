@@ -1,4 +1,4 @@
-"""Values that may vary in space: numbers, functions of position, DOLFINx functions, or one of these per named region."""
+"""Values that may vary in space: numbers, functions of position, DOLFINx functions, or a value per named region."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import numpy as np
 from growthx.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats, Indices
     from growthx.mesh import Mesh
 
 # A number; a function of x, shape (3, points), to values, shape (points,); a scalar DOLFINx Function; or any of the
@@ -48,12 +47,16 @@ def per_cell(field: Field, mesh: Mesh) -> dolfinx.fem.Function:
         _fill(values, part, mesh.local_cells if name is None else mesh.region(name))
     missing = mesh.domain.comm.allreduce(int(np.isnan(values.x.array[: len(mesh.owned_cells)]).sum()))
     if missing:
-        where = f"in none of the regions {', '.join(map(repr, field))}" if isinstance(field, Mapping) else "not a number"
-        raise InputError(f"a field has no value in {missing} of {mesh.cell_count} cells ({where}): one in each is needed")
+        where = (
+            f"in none of the regions {', '.join(map(repr, field))}" if isinstance(field, Mapping) else "not a number"
+        )
+        raise InputError(
+            f"a field has no value in {missing} of {mesh.cell_count} cells ({where}): one in each is needed"
+        )
     return values
 
 
-def _fill(values: dolfinx.fem.Function, part: Field, cells: NDArray[np.int32]) -> None:
+def _fill(values: dolfinx.fem.Function, part: Field, cells: Indices) -> None:
     if is_uniform(part):
         values.x.array[cells] = part
     elif isinstance(part, dolfinx.fem.Function) or not callable(part):
@@ -67,7 +70,7 @@ def law_as_ufl(law: Law, mesh: Mesh) -> Law:
     return replace(law, **{name: as_ufl(getattr(law, name), mesh) for name in law.coefficients})
 
 
-def law_as_arrays(law: Law, mesh: Mesh, average: Callable[[Any], NDArray[np.float64]]) -> Law:
-    """The same law with its varying parameters as arrays: `average` takes a UFL coefficient to one value per density."""
+def law_as_arrays(law: Law, mesh: Mesh, average: Callable[[Any], Floats]) -> Law:
+    """The same law with its varying parameters as arrays: `average` turns a coefficient into one value per density."""
     varying = {name: getattr(law, name) for name in law.coefficients if not is_uniform(getattr(law, name))}
     return replace(law, **{name: average(as_ufl(field, mesh)) for name, field in varying.items()})

@@ -8,13 +8,12 @@ It is a quadratic for n − m = −1 and a scalar Newton iteration otherwise (th
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats, Indices
     from growthx.growth import EnergyDrivenGrowth
     from growthx.material import Material
 
@@ -25,11 +24,11 @@ ROUND_OFF = 8 * np.finfo(float).eps
 def solve_density(
     growth: EnergyDrivenGrowth,
     material: Material,
-    old_density: NDArray[np.float64],
-    elastic_energy: NDArray[np.float64],
+    old_density: Floats,
+    elastic_energy: Floats,
     time_step: float,
-    guess: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    guess: Floats,
+) -> Floats:
     """Densities at the end of the time step; NaN where no positive one is continuous with the old density.
 
     All arrays have the shape (densities,).  A root is accepted only where r rises, 1 − Δt ∂_ρR₀ > 0: the others, which
@@ -60,7 +59,8 @@ def solve_density(
         return density
 
 
-def _at(growth: EnergyDrivenGrowth, points: NDArray[np.int64]) -> EnergyDrivenGrowth:
+def _at(growth: EnergyDrivenGrowth, points: Indices) -> EnergyDrivenGrowth:
     """The law at some of the points, where its parameters are arrays over all of them."""
-    varying = {name: getattr(growth, name) for name in growth.coefficients}
-    return replace(growth, **{name: value[points] for name, value in varying.items() if isinstance(value, np.ndarray)})
+    values: dict[str, Any] = {name: getattr(growth, name) for name in growth.coefficients}
+    here: dict[str, Any] = {name: value[points] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(growth, **here)

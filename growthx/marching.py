@@ -12,9 +12,7 @@ from growthx.node_based import NodeBased
 from growthx.point_based import PointBased
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
     from growthx.scene import Scene
     from growthx.variants import Variant
@@ -41,7 +39,7 @@ class Step:
     mass_defect: float
     min_density: float
     max_density: float
-    reactions: dict[str, NDArray[np.float64]] = field(repr=False)
+    reactions: dict[str, Floats] = field(repr=False)
 
     @property
     def newton_iterations(self) -> int:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import dolfinx
 import numpy as np
 import ufl
 
+from growthx.arrays import Floats, Indices, Marks
 from growthx.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-Locator = Callable[["NDArray[np.float64]"], "NDArray[np.bool_]"]
+Locator = Callable[[Floats], Marks]
 
 
 @dataclass(frozen=True)
@@ -26,8 +24,8 @@ class Mesh:
     """
 
     domain: dolfinx.mesh.Mesh
-    boundaries: Mapping[str, NDArray[np.int32]]
-    regions: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
+    boundaries: Mapping[str, Indices]
+    regions: Mapping[str, Indices] = field(default_factory=dict)
 
     @classmethod
     def with_names(
@@ -59,12 +57,12 @@ class Mesh:
         return int(self.domain.topology.index_map(self.dim).size_global)
 
     @property
-    def owned_cells(self) -> NDArray[np.int32]:
+    def owned_cells(self) -> Indices:
         """Indices of the cells this rank owns."""
         return np.arange(self.domain.topology.index_map(self.dim).size_local, dtype=np.int32)
 
     @property
-    def local_cells(self) -> NDArray[np.int32]:
+    def local_cells(self) -> Indices:
         """Indices of the cells this rank knows: its own, then ghosts."""
         index_map = self.domain.topology.index_map(self.dim)
         return np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
@@ -74,11 +72,11 @@ class Mesh:
         """Shape of the cells, such as "quadrilateral"."""
         return str(self.domain.topology.cell_name())
 
-    def boundary(self, name: str) -> NDArray[np.int32]:
+    def boundary(self, name: str) -> Indices:
         """Facets of the boundary `name`; InputError if no such boundary exists."""
         return _named(self.boundaries, name, "boundary", self.domain.comm)
 
-    def region(self, name: str) -> NDArray[np.int32]:
+    def region(self, name: str) -> Indices:
         """Cells of the region `name`; InputError if no such region exists."""
         return _named(self.regions, name, "region", self.domain.comm)
 
@@ -95,7 +93,7 @@ class Mesh:
         )
 
 
-def _named(parts: Mapping[str, NDArray[np.int32]], name: str, kind: str, comm) -> NDArray[np.int32]:
+def _named(parts: Mapping[str, Indices], name: str, kind: str, comm: Any) -> Indices:
     if name not in parts:
         known = ", ".join(f"'{known}'" for known in sorted(parts)) or "none at all"
         raise InputError(f"the mesh has no {kind} named '{name}'; it has {known}")

@@ -68,6 +68,12 @@ class _Parts:
         return self.points.shape[1]
 
 
+def load_gmsh() -> None:
+    """Import gmsh ahead of its use, for a program that counts imports and set-up apart (rank 0 only, as elsewhere)."""
+    if MPI.COMM_WORLD.rank == 0:
+        import gmsh  # noqa: F401
+
+
 def locate(name: str) -> Path:
     """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none."""
     package = Path(__file__).resolve().parent

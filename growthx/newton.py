@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dolfinx.fem import petsc
+from mpi4py import MPI
 from petsc4py import PETSc
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class NewtonReport:
 
 
 class Newton:
-    """Newton's method with an exact tangent, a direct solver and a line search that steps back from inadmissible states.
+    """Newton's method with an exact tangent, a direct solver and a line search that avoids inadmissible states.
 
     tolerance: ‖R‖₂ ≤ tolerance · force scale ends the iteration; R are the out-of-balance forces and, in units of
     force, of mass.
@@ -88,13 +89,15 @@ class Newton:
 
     def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
         # The line search may have looked further than the iterate it took.
-        if not np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size]):
+        if self.problem.comm.allreduce(
+            not np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size]), MPI.LOR
+        ):
             self._take(x)
             self.problem.unknown.x.scatter_forward()
             self.problem.update()
         P.zeroEntries()
         for tangent in self.problem.tangents:
-            petsc.assemble_matrix(P, tangent, self.problem.conditions)
+            petsc.assemble_matrix(P, tangent, self.problem.conditions)  # type: ignore[arg-type]
         P.assemble()
 
 

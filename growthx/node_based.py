@@ -1,8 +1,8 @@
 """A density continuous between cells: solved together with the displacement, monolithically.
 
-    until equilibrium of mass and momentum:               (the paper's node-based flow chart)
-        | K_uu  K_uρ | | Δu |     | G_u |
-        | K_ρu  K_ρρ | | Δρ |  = −| G_ρ |                  (27), (28)
+until equilibrium of mass and momentum:               (the paper's node-based flow chart)
+    | K_uu  K_uρ | | Δu |     | G_u |
+    | K_ρu  K_ρρ | | Δρ |  = −| G_ρ |                  (27), (28)
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from growthx.discretisation import Discretisation
 from growthx.fields import is_uniform
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats
     from growthx.scene import Scene
     from growthx.variants import Variant
 
@@ -41,7 +40,7 @@ class NodeBased(Discretisation):
         test_u, test_rho = ufl.TestFunctions(W)
         dV = self.growing_volume
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
-        scale = self._mass_to_force = dolfinx.fem.Constant(domain, 1.0)
+        scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
         self._source = self.compile.form(balances.source(rho, u, test_rho, self.growth, self.material, dV))
         residual = (
             self._growing_work(u, rho, test_u)
@@ -57,7 +56,9 @@ class NodeBased(Discretisation):
         self._load(test_u, W)
         self._force_scale, self._mass_scale = self.force_scale(), self._reference_mass()
 
-    def _make_spaces(self, displacement: Any, density: Any) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
+    def _make_spaces(
+        self, displacement: Any, density: Any
+    ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
         mixed = basix.ufl.mixed_element([displacement, density])
         self._mixed_space = W = dolfinx.fem.functionspace(self.scene.mesh.domain, mixed)
         (V, displacement_part), (D, density_part) = W.sub(0).collapse(), W.sub(1).collapse()
@@ -101,11 +102,11 @@ class NodeBased(Discretisation):
         self.unknown.x.array[self._displacement_part] = self.displacement.x.array
         self.unknown.x.array[self._density_part] = self.density.x.array
 
-    def iterate_density(self) -> NDArray[np.float64]:
+    def iterate_density(self) -> Floats:
         """Density of the running iterate."""
         return self.unknown.x.array[self._density_part]
 
-    def iterate_displacement(self) -> NDArray[np.float64]:
+    def iterate_displacement(self) -> Floats:
         """Displacement of the running iterate."""
         return self.unknown.x.array[self._displacement_part]
 
@@ -119,7 +120,7 @@ class NodeBased(Discretisation):
         """∫ R₀ dV: the nodal shares of the source, summed."""
         return self.comm.allreduce(float(self._assemble(self._source).sum()))
 
-    def resultant(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    def resultant(self, forces: Floats) -> Floats:
         """Sum of nodal forces per direction."""
         dim = self.scene.mesh.dim
         owned = self.displacement_space.dofmap.index_map.size_local * dim

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +17,11 @@ from growthx.sampling import positions
 from growthx.variants import AtPoints, Nodal
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats, Indices
     from growthx.discretisation import Discretisation
     from growthx.scene import DistributedForce
 
-    Arrow = tuple[DistributedForce, NDArray[np.float64]]  # a force and where it acts
+    Arrow = tuple[DistributedForce, Floats]  # a force and where it acts
 
 COLOUR_MAP = "viridis"  # reads the same with and without colour vision
 PICTURE = (1200, 1400)
@@ -57,7 +56,9 @@ def density(
     """
     mesh = problem.scene.mesh
     if mesh.dim != 2:
-        raise InputError(f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others")
+        raise InputError(
+            f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
+        )
     X, pieces, middles = _pieces(mesh.cell_name, _ticks(problem))
     at_corners = isinstance(problem.variant.density, Nodal)
     values = _values(problem, X if at_corners else middles)
@@ -69,7 +70,7 @@ def density(
     gathered = problem.comm.gather((reference, deformed, values))
     arrows = _arrows(problem) if loads else []
     failure: Exception | None = None
-    if problem.comm.rank == 0:
+    if gathered is not None:
         try:
             at_rest, shape, parts = (np.concatenate(part) for part in zip(*gathered, strict=True))
             _draw(_Body(at_rest, shape, pieces, parts, at_corners), arrows, title, Path(path))
@@ -79,7 +80,49 @@ def density(
         raise failure or GrowthxError(f"the picture {path} could not be drawn")
 
 
-def _ticks(problem: Discretisation) -> NDArray[np.float64]:
+def along_length(
+    problems: Mapping[str, Discretisation],
+    path: str | os.PathLike[str],
+    *,
+    exact: Mapping[str, Callable[[float], float]] | None = None,
+) -> None:
+    """Plot ρ over x along the lower edge of bars of one row of quadrilaterals, as each variant knows it, to a PNG.
+
+    problems: results by label.  exact: densities as functions of x by label, drawn as dashed lines.
+    """
+    curves = {label: _profile(problem) for label, problem in problems.items()}
+    comm = next(iter(problems.values())).comm
+    if comm.rank != 0:
+        return
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 5.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot(xlabel="position along the bar", ylabel="density")
+    for (label, (x, rho)), colour in zip(curves.items(), ARROW_COLOURS, strict=False):
+        axes.plot(x, rho, label=label, color=colour, linewidth=1.5)
+    for label, function in (exact or {}).items():
+        x = np.linspace(1e-6, 1 - 1e-6, 401)
+        axes.plot(x, [function(at) for at in x], label=label, color="black", linestyle="--", linewidth=1)
+    axes.grid(color="0.9")
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)
+
+
+def _profile(problem: Discretisation) -> tuple[Floats, Floats]:
+    """Positions along the lower edge and densities there, gathered on rank 0, in order."""
+    s = np.linspace(1e-9, 1 - 1e-9, 41)
+    X = np.stack([s, np.zeros_like(s)], axis=1)
+    parts = problem.comm.gather((positions(problem.scene.mesh, X)[:, :, 0], _values(problem, X)))
+    if parts is None:
+        return np.empty(0), np.empty(0)
+    x, rho = (np.concatenate(part).ravel() for part in zip(*parts, strict=True))
+    order = np.argsort(x, kind="stable")
+    return x[order], rho[order]
+
+
+def _ticks(problem: Discretisation) -> Floats:
     """Where a cell is cut, per direction, so that each part belongs to one integration point."""
     if isinstance(problem.variant.density, AtPoints) and problem.scene.mesh.cell_name == "quadrilateral":
         gauss = np.unique(problem.density_space.ufl_element().custom_quadrature()[0][:, 0].round(12))
@@ -87,7 +130,7 @@ def _ticks(problem: Discretisation) -> NDArray[np.float64]:
     return np.array([0.0, 1.0])
 
 
-def _pieces(cell_name: str, ticks: NDArray[np.float64]) -> tuple[NDArray, NDArray, NDArray]:
+def _pieces(cell_name: str, ticks: Floats) -> tuple[Floats, Indices, Floats]:
     """Points of the reference cell, the pieces they span (anticlockwise), and the pieces' middles."""
     if cell_name == "triangle":
         return np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.array([[0, 1, 2]]), np.array([[1 / 3, 1 / 3]])
@@ -98,7 +141,7 @@ def _pieces(cell_name: str, ticks: NDArray[np.float64]) -> tuple[NDArray, NDArra
     return X, pieces, X[pieces].mean(axis=1)
 
 
-def _values(problem: Discretisation, X: NDArray[np.float64]) -> NDArray[np.float64]:
+def _values(problem: Discretisation, X: Floats) -> Floats:
     """Density at points of the reference cell, shape (owned cells, points)."""
     space = problem.density_space
     cells = problem.scene.mesh.owned_cells
@@ -106,7 +149,7 @@ def _values(problem: Discretisation, X: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(problem.density.x.array[space.dofmap.list[: len(cells)]] @ shares.T)
 
 
-def _displacements(problem: Discretisation, X: NDArray[np.float64]) -> NDArray[np.float64]:
+def _displacements(problem: Discretisation, X: Floats) -> Floats:
     """Displacement at points of the reference cell, shape (owned cells, points, 2)."""
     space = problem.displacement_space
     cells = problem.scene.mesh.owned_cells
@@ -122,7 +165,7 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
     from growthx.scene import DistributedForce
 
     mesh = problem.scene.mesh
-    arrows = []
+    arrows: list[Arrow] = []
     for load in problem.scene.loads:
         if not isinstance(load, DistributedForce):
             continue
@@ -138,13 +181,13 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
 class _Body:
     """A plane body in loose pieces, gathered on rank 0."""
 
-    reference: NDArray[np.float64]  # corners of the pieces at rest and deformed, shape (cells, corners, 3)
-    deformed: NDArray[np.float64]
-    pieces: NDArray[np.int64]  # corners of each piece of a cell, anticlockwise
-    values: NDArray[np.float64]  # per corner or per piece, shape (cells, corners or pieces)
+    reference: Floats  # corners of the pieces at rest and deformed, shape (cells, corners, 3)
+    deformed: Floats
+    pieces: Indices  # corners of each piece of a cell, anticlockwise
+    values: Floats  # per corner or per piece, shape (cells, corners or pieces)
     at_corners: bool
 
-    def surface(self, shape: NDArray[np.float64]) -> Any:
+    def surface(self, shape: Floats) -> Any:
         """The pieces as a pyvista surface."""
         import pyvista
 
@@ -161,48 +204,59 @@ def _draw(body: _Body, arrows: list[Arrow], title: str, path: Path) -> None:
 
     surface = body.surface(body.deformed)
     (surface.point_data if body.at_corners else surface.cell_data)[title] = body.values.ravel()
-    outline = body.surface(body.reference).clean(tolerance=1e-6).extract_feature_edges(
-        boundary_edges=True, feature_edges=False, manifold_edges=False
+    outline = (
+        body.surface(body.reference)
+        .clean(tolerance=1e-6)
+        .extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
     )
     with _display():
         plotter = pyvista.Plotter(off_screen=True, window_size=PICTURE)
         plotter.set_background("white")
-        plotter.add_mesh(surface, scalars=title, cmap=COLOUR_MAP, lighting=False, scalar_bar_args=COLOUR_BAR)
+        colour_bar = COLOUR_BAR | {"title": f"{title}\n"}  # the line break keeps the title clear of the labels
+        plotter.add_mesh(surface, scalars=title, cmap=COLOUR_MAP, lighting=False, scalar_bar_args=colour_bar)
         plotter.add_mesh(outline, color="grey", line_width=1.5, lighting=False)
         if legend := _add_arrows(plotter, outline, arrows):
-            plotter.add_legend(legend, bcolor="white", face="rectangle", size=(0.5, 0.035 * len(legend)), loc="lower left")
+            plotter.add_legend(
+                legend, bcolor="white", face="rectangle", size=(0.4, 0.03 * len(legend)), loc="upper left"
+            )
         plotter.view_xy()
-        plotter.camera.zoom(1.1)
+        plotter.camera.zoom(1.25)
         plotter.screenshot(str(path))
         plotter.close()
 
 
 def _add_arrows(plotter: Any, outline: Any, arrows: list[Arrow]) -> list[tuple[str, str]]:
-    """Draw the forces in proportion, pushing on the body or pulling off it; entries of the legend, one per load case."""
+    """Draw the forces in proportion, pushing on the body or pulling at it; entries of the legend, one per load case."""
     import pyvista
 
     if not arrows:
         return []
     extent = max(outline.bounds[1] - outline.bounds[0], outline.bounds[3] - outline.bounds[2])
-    scale = 0.22 * extent / max(np.linalg.norm(load.force) for load, _ in arrows)
+    scale = 0.22 * extent / max(float(np.linalg.norm(load.force)) for load, _ in arrows)
     centre = np.array(outline.center[:2])
-    colours: dict[str, str] = {}
-    for load, place in arrows:
-        colour = colours.setdefault(load.case, ARROW_COLOURS[len(colours) % len(ARROW_COLOURS)])
+    cases = dict.fromkeys(load.case for load, _ in arrows)
+    colours = {case: ARROW_COLOURS[i % len(ARROW_COLOURS)] for i, case in enumerate(cases)}
+    # The small ones on top, where they would hide behind the large.
+    for height, (load, place) in enumerate(sorted(arrows, key=_size), start=1):
         arrow = scale * np.array(load.force)
         length = float(np.linalg.norm(arrow))
         start = place - arrow if arrow @ (place - centre) < 0 else place
         thickness = 0.006 * extent / length
         shape = pyvista.Arrow(
-            start=(*start, 1.0),
+            start=(*start, 0.01 * extent * height),
             direction=(*arrow, 0.0),
             scale=length,
             shaft_radius=thickness,
             tip_radius=2.5 * thickness,
             tip_length=min(0.6, 6 * thickness),
         )
-        plotter.add_mesh(shape, color=colour, lighting=False)
+        plotter.add_mesh(shape, color=colours[load.case], lighting=False)
     return list(colours.items())
+
+
+def _size(arrow: Arrow) -> float:
+    """The size of a force, negative: sorts the largest first."""
+    return -float(np.linalg.norm(arrow[0].force))
 
 
 @contextmanager

@@ -1,8 +1,8 @@
 """Densities that no two cells share: found by a local Newton iteration, eliminated from the global system.
 
-    until equilibrium of momentum:                       (the paper's integration-point based flow chart)
-        for each density: solve ρ − ρₙ = Δt R₀(ρ, u)      local Newton
-        solve [K_uu − K_uρ K_ρρ⁻¹ K_ρu] Δu = −G_u         global Newton, displacements only
+until equilibrium of momentum:                       (the paper's integration-point based flow chart)
+    for each density: solve ρ − ρₙ = Δt R₀(ρ, u)      local Newton
+    solve [K_uu − K_uρ K_ρρ⁻¹ K_ρu] Δu = −G_u         global Newton, displacements only
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from growthx.kinematics import deformation_gradient
 from growthx.local_balance import solve_density
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats
     from growthx.scene import Scene
     from growthx.variants import Variant
 
@@ -51,7 +50,9 @@ class PointBased(Discretisation):
         self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
         self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
 
-    def _make_spaces(self, displacement: Any, density: Any) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
+    def _make_spaces(
+        self, displacement: Any, density: Any
+    ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
         domain = self.scene.mesh.domain
         return dolfinx.fem.functionspace(domain, displacement), dolfinx.fem.functionspace(domain, density)
 
@@ -70,13 +71,13 @@ class PointBased(Discretisation):
         densities = self.density_space.dofmap.dof_layout.num_dofs
         return self.compile(condensed_tangent, tangent, V, densities, self.growing_cells)
 
-    def _average(self, coefficient: Any) -> NDArray[np.float64]:
+    def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
         test = ufl.TestFunction(self.density_space)
         share = self._assemble(self.compile.form(coefficient * test * self.growing_volume))
         return share[self.density_dofs] / self.volumes[self.density_dofs]
 
-    def _elastic_energies(self) -> NDArray[np.float64]:
+    def _elastic_energies(self) -> Floats:
         """Mean Ψ₀ⁿᵉᵒ over the part of a cell that belongs to each density, shape (growing densities,)."""
         return self._assemble(self._energy)[self.density_dofs] / self.volumes[self.density_dofs]
 
@@ -104,11 +105,11 @@ class PointBased(Discretisation):
         self.density.x.array[:] = self.old_density.x.array
         self.displacement.x.array[:] = self._old_displacement
 
-    def iterate_density(self) -> NDArray[np.float64]:
+    def iterate_density(self) -> Floats:
         """Density of the running iterate."""
         return self.density.x.array
 
-    def iterate_displacement(self) -> NDArray[np.float64]:
+    def iterate_displacement(self) -> Floats:
         """Displacement of the running iterate."""
         return self.displacement.x.array
 
@@ -125,6 +126,6 @@ class PointBased(Discretisation):
         source = self._local_growth.mass_source(density, energy, self._local_material)
         return self.comm.allreduce(float(self.volumes[dofs] @ source))
 
-    def resultant(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    def resultant(self, forces: Floats) -> Floats:
         """Sum of nodal forces per direction."""
         return np.array(self.comm.allreduce(forces.reshape(-1, self.scene.mesh.dim).sum(axis=0)))

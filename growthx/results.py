@@ -1,4 +1,4 @@
-"""What a run leaves on disk: fields for ParaView and the history as CSV.  Numbers are global, files never overwritten."""
+"""What a run leaves on disk: fields for ParaView and the history as CSV.  Nothing is overwritten."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 import ufl
 from dolfinx.io import VTKFile
 
+from growthx import compat
 from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
 
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from mpi4py import MPI
-    from numpy.typing import NDArray
 
+    from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
     from growthx.run import Result
 
@@ -53,7 +54,7 @@ def free_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
     return new_folder(comm.bcast(folder), comm)
 
 
-def cell_fields(problem: Discretisation) -> dict[str, NDArray[np.float64]]:
+def cell_fields(problem: Discretisation) -> dict[str, Floats]:
     """Means over the owned cells, each of shape (cells,).
 
     density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume), mass_source R₀ (density per
@@ -154,7 +155,7 @@ def summary(result: Result) -> Mapping[str, object]:
     low, high = problem.density_range()
     return {
         "schema": 1,
-        "versions": {"growthx": __version__, "dolfinx": dolfinx.__version__},
+        "versions": {"growthx": __version__, "dolfinx": compat.DOLFINX_VERSION},
         "scene": result.scene.name,
         "variant": result.variant.name,
         "cells": result.scene.mesh.cell_count,

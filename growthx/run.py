@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from growthx.errors import EndedEarly
 from growthx.marching import Step, discretise, march
+from growthx.results import new_folder, write
 
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
@@ -65,15 +67,18 @@ def solve(
     scene: Scene,
     variant: Variant,
     *,
+    out: str | os.PathLike[str] | None = None,
     watch: Callable[[Result], None] | None = None,
     tolerance: float = 1e-10,
 ) -> Result:
     """Run a scene to its end.
 
+    out: a new or empty folder; the fields and history are written there when the run ends, also when it ends early.
     watch: called after every accepted step with the result so far, for progress bars and intermediate output; the time
     it takes is not counted.  tolerance: of Newton's method, see `newton.Newton`.
-    Raises RunEndedEarly if a step cannot be solved.
+    Raises RunEndedEarly if a step cannot be solved, InputError if `out` is not empty or not writable.
     """
+    folder = None if out is None else new_folder(out, scene.mesh.domain.comm)
     start = time.perf_counter()
     problem = discretise(scene, variant)
     result = Result(problem, compile_s=problem.compile.seconds)
@@ -89,7 +94,11 @@ def solve(
     except EndedEarly as ended:
         result.solve_s += time.perf_counter() - start
         result.reason = str(ended)
+        if folder is not None:
+            write(folder, result)
         raise RunEndedEarly(result) from None
     result.solve_s += time.perf_counter() - start
     result.converged = True
+    if folder is not None:
+        write(folder, result)
     return result

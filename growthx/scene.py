@@ -1,25 +1,24 @@
-"""The initial boundary value problem as plain, frozen data: what is grown, how it is held and loaded, and for how long."""
+"""The initial boundary value problem as frozen data: what grows, how it is held and loaded, and for how long."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
+from growthx.arrays import Floats
 from growthx.errors import InputError, require
 from growthx.fields import Field
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from growthx.growth import EnergyDrivenGrowth
     from growthx.material import Material
     from growthx.mesh import Mesh
 
-Position = Callable[["NDArray[np.float64]"], "NDArray[np.float64]"]
+Position = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -49,9 +48,12 @@ class Support:
 class Load(Protocol):
     """A dead load on a named boundary."""
 
-    on: str
+    @property
+    def on(self) -> str:
+        """Name of the boundary."""
+        ...
 
-    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def traction(self, x: Floats) -> Floats:
         """Traction at the points x, shape (3, points), up to a factor if there is a resultant; shape (dim, points)."""
         ...
 
@@ -73,13 +75,13 @@ class Traction:
 
     on: str
     value: tuple[float, ...] | Position
-    resultant = None
+    resultant: ClassVar[None] = None
 
     def __post_init__(self) -> None:
         if not callable(self.value):
             _vector(self.value, f"a component of the traction on '{self.on}'")
 
-    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def traction(self, x: Floats) -> Floats:
         """Traction at the points x."""
         if callable(self.value):
             return self.value(x)
@@ -108,7 +110,7 @@ class DistributedForce:
         """The force."""
         return self.force
 
-    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def traction(self, x: Floats) -> Floats:
         """Force times weight at the points x."""
         weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
         return np.outer(self.force, weight)
@@ -131,10 +133,10 @@ class Program:
         require(self.ramp, "the duration of the load ramp", "a number of at least 0", lambda t: t >= 0)
         if self.until / self.step > 1e7:
             raise InputError(
-                f"the time step Δt is {self.step:g} for an end time of {self.until:g}: that is more than ten million steps"
+                f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps"
             )
 
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Floats:
         """The times that must be hit: multiples of the step, then the end time exactly."""
         count = math.ceil(self.until / self.step * (1 - 1e-12))
         return np.append(self.step * np.arange(1, count), self.until)
@@ -169,8 +171,8 @@ class Scene:
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
-        for part in (*self.supports, *self.loads):
-            self.mesh.boundary(part.on)
+        for boundary in [support.on for support in self.supports] + [load.on for load in self.loads]:
+            self.mesh.boundary(boundary)
         if not self.supports:
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
         for region in self.growing or ():

@@ -15,7 +15,7 @@ import numpy as np
 from growthx.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from growthx.arrays import Floats
 
 
 class DensitySpace(Protocol):
@@ -27,7 +27,7 @@ class DensitySpace(Protocol):
         """The basix element of the density on one cell."""
         ...
 
-    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shares(self, element: Any, X: Floats) -> Floats:
         """Share of each density of a cell at the points X of the reference cell, shape (points, densities).
 
         X has shape (points, dim).  Each row sums to one.
@@ -46,7 +46,7 @@ class Nodal:
         """Lagrange element of the given degree."""
         return basix.ufl.element("Lagrange", cell_name, self.degree)
 
-    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shares(self, element: Any, X: Floats) -> Floats:
         """The shape functions."""
         return np.array(element.tabulate(0, X)[0])
 
@@ -61,7 +61,7 @@ class PerCell:
         """Constant on the cell."""
         return basix.ufl.element("DG", cell_name, 0)
 
-    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shares(self, element: Any, X: Floats) -> Floats:
         """The one density everywhere."""
         return np.ones((len(X), 1))
 
@@ -76,7 +76,7 @@ class AtPoints:
         """Values at the quadrature points."""
         return basix.ufl.quadrature_element(cell_name, degree=mass_degree)
 
-    def shares(self, element: Any, X: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shares(self, element: Any, X: Floats) -> Floats:
         """The density of the nearest integration point."""
         points = element.custom_quadrature()[0]
         nearest = np.linalg.norm(X[:, np.newaxis] - points, axis=2).argmin(axis=1)
@@ -112,7 +112,7 @@ class Variant:
 
     def points_per_cell(self, cell_name: str) -> int:
         """Number of integration points in a cell."""
-        return len(basix.make_quadrature(basix.CellType[cell_name], self.degree)[1])
+        return np.size(basix.make_quadrature(basix.CellType[cell_name], self.degree)[1])
 
 
 Q1Q1 = Variant("Q1Q1", 1, Nodal(1), 2, "node-based: continuous density, solved with the displacement")

@@ -12,14 +12,13 @@ from growthx.sampling import positions, volume_ratios
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
 
 SAMPLES = 12  # per direction of a cell: zone means to 0.1 % on the femur's mesh of 3.5 mm
 
 
-def area_means(problem: Discretisation, polygons: Mapping[str, NDArray[np.float64]]) -> dict[str, float]:
+def area_means(problem: Discretisation, polygons: Mapping[str, Floats]) -> dict[str, float]:
     """Mean of ρ over the part of the mesh inside each polygon, shape (corners, 2), by name; the same on all ranks.
 
     Each cell is sampled at 12 × 12 points.  Raises InputError for a polygon that lies outside the mesh.
@@ -43,7 +42,7 @@ def area_means(problem: Discretisation, polygons: Mapping[str, NDArray[np.float6
     return means
 
 
-def _sample_points(cell_name: str) -> NDArray[np.float64]:
+def _sample_points(cell_name: str) -> Floats:
     """Midpoints of equal parts of the reference cell, shape (points, 2)."""
     k = SAMPLES
     ticks = (np.arange(k) + 0.5) / k

@@ -34,7 +34,11 @@ def pytest_runtest_makereport(item, call):
     outcome = yield
     report = outcome.get_result()
     if COMM.size > 1 and report.failed:
-        print(f"rank {COMM.rank} of {COMM.size}: {item.nodeid} failed\n{report.longreprtext}", file=sys.__stderr__, flush=True)
+        print(
+            f"rank {COMM.rank} of {COMM.size}: {item.nodeid} failed\n{report.longreprtext}",
+            file=sys.__stderr__,
+            flush=True,
+        )
         COMM.Abort(1)
 
 

@@ -18,8 +18,7 @@ from growthx.scene import Program, Scene, Support, Traction
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
+    from growthx.arrays import Floats, Marks
     from growthx.discretisation import Discretisation
 
 TRACTION = 2.0
@@ -34,15 +33,15 @@ class Problem:
     """
 
     name: str
-    attractor: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    attractor: Callable[[Floats], Floats]
     taper: float
 
-    def traction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def traction(self, x: Floats) -> Floats:
         """Force over the cross-section's area along the bar."""
         return TRACTION / (1 - (1 - self.taper) * (1 - np.abs(2 * x - 1)))
 
 
-def _stepped(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _stepped(x: Floats) -> Floats:
     return np.choose(np.clip((np.minimum(x, 1 - x) * 10).astype(int), 0, 4), ATTRACTOR_LEVELS)
 
 
@@ -102,7 +101,7 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
     return density / discretisation.scene.material.reference_density - 1
 
 
-def _right_of_middle(discretisation: Discretisation) -> NDArray[np.bool_]:
+def _right_of_middle(discretisation: Discretisation) -> Marks:
     """The owned cells that start at mid-length."""
     import dolfinx
 

@@ -20,10 +20,10 @@ from growthx.errors import InputError, require
 from growthx.growth import EnergyDrivenGrowth
 from growthx.material import Material
 from growthx.mesh import Mesh
-from growthx.scene import DistributedForce, Program, Scene, Support
+from growthx.scene import DistributedForce, Position, Program, Scene, Support
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from growthx.arrays import Floats
 
 HEAD_CENTRE = (43.0, 132.0)
 JOINT_HALF_ARC = np.radians(35.0)
@@ -118,11 +118,11 @@ def _forces(case: LoadCase, factor: float) -> tuple[DistributedForce, Distribute
     )
 
 
-def _joint_weight(case: LoadCase):
+def _joint_weight(case: LoadCase) -> Position:
     """Cosine over ±35° of the head's arc about the direction the force comes from."""
     centre = np.radians(90.0 - case.joint_angle)
 
-    def weight(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weight(x: Floats) -> Floats:
         angle = np.arctan2(x[1] - HEAD_CENTRE[1], x[0] - HEAD_CENTRE[0]) - centre
         angle = (angle + np.pi) % (2 * np.pi) - np.pi
         return np.where(np.abs(angle) < JOINT_HALF_ARC, np.cos(np.pi / 2 * angle / JOINT_HALF_ARC), 0.0)
@@ -130,7 +130,7 @@ def _joint_weight(case: LoadCase):
     return weight
 
 
-def abductor_weight(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def abductor_weight(x: Floats) -> Floats:
     """Half a sine along the arc of the abductors' insertion, at points x of shape (3, points)."""
     arc, share = _insertion()
     distance = np.hypot(x[0][:, np.newaxis] - arc[:, 0], x[1][:, np.newaxis] - arc[:, 1])
@@ -139,14 +139,14 @@ def abductor_weight(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @cache
-def outline() -> NDArray[np.float64]:
+def outline() -> Floats:
     """Control points of the outline, anticlockwise from the distal medial corner, shape (63, 2), mm."""
     with meshing.locate("femur_outline.csv").open(newline="") as file:
         return np.array([(float(row["x_mm"]), float(row["y_mm"])) for row in csv.DictReader(file)])
 
 
 @cache
-def _insertion() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _insertion() -> tuple[Floats, Floats]:
     """Points on the abductors' insertion, shape (points, 2), and their share of its arc length from 0 to 1."""
     points = outline()
     spline = CubicSpline(np.arange(len(points)), points)
@@ -156,7 +156,7 @@ def _insertion() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @cache
-def zones() -> dict[str, NDArray[np.float64]]:
+def zones() -> dict[str, Floats]:
     """Polygons of anatomical zones by name, shape (corners, 2), mm."""
     corners: dict[str, list[tuple[float, float]]] = {}
     with meshing.locate("femur_zones.csv").open(newline="") as file:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import dolfinx
 import numpy as np
 from mpi4py import MPI
@@ -12,8 +14,13 @@ from growthx.material import Material
 from growthx.mesh import Mesh
 from growthx.scene import Program, Scene, Support, Traction
 
+if TYPE_CHECKING:
+    from growthx.discretisation import Discretisation
 
-def plate(cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD) -> Scene:
+
+def plate(
+    cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD
+) -> Scene:
     """[0, 2] × [0, 1] in 2N × N quadrilaterals, clamped on the left, dead traction (0, −0.02) on the right.
 
     cells: N.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
@@ -23,9 +30,7 @@ def plate(cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1,
     domain = dolfinx.mesh.create_rectangle(
         comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), dolfinx.mesh.CellType.quadrilateral
     )
-    mesh = Mesh.with_names(
-        domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)}
-    )
+    mesh = Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)})
     return Scene(
         name="plate",
         mesh=mesh,
@@ -35,3 +40,13 @@ def plate(cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1,
         loads=(Traction("right", (0.0, -0.02)),),
         program=Program(step=step, until=2.5, ramp=0.5),
     )
+
+
+def tip_displacement(discretisation: Discretisation) -> float:
+    """u_y (length) at the middle of the loaded end, (2, 0.5)."""
+    space, u = discretisation.displacement_space, discretisation.displacement.x.array
+    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+    at_end = np.flatnonzero(np.isclose(x[:, 0], 2.0))
+    local = np.stack([x[at_end, 1], u[at_end * space.dofmap.bs + 1]], axis=1)
+    y, u_y = np.array(sorted(row for rows in discretisation.comm.allgather(local.tolist()) for row in rows)).T
+    return float(np.interp(0.5, y, u_y))

@@ -1,0 +1,244 @@
+"""The command `growthx`: the benchmark scenes with their parameters, as tables for people or as JSON for programs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from growthx.errors import InputError
+from growthx.parallel import guarded
+
+if TYPE_CHECKING:
+    from growthx.run import Result
+    from growthx.scene import Scene
+
+EPILOG = """\
+Exit status: 0 done, 2 bad input, 3 the run ended early (the last good state is then kept in a folder).
+In parallel: mpirun -n 2 growthx …; PETSc options under the prefix -growthx_ go into the variable PETSC_OPTIONS.
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Bad arguments are bad input like any other."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message} ({self.prog} --help tells what there is)")
+
+
+@dataclass(frozen=True)
+class _Command:
+    """A scene on the command line.
+
+    build: the scene from the arguments.  read: what is read off the result for the JSON object, on all ranks.
+    show: tables for people.
+    """
+
+    name: str
+    help: str
+    arguments: Callable[[argparse.ArgumentParser], None]
+    build: Callable[[argparse.Namespace], Scene]
+    read: Callable[[Result], Mapping[str, Any]]
+    show: Callable[[Result, Mapping[str, Any]], None]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    return guarded(lambda: _main(sys.argv[1:] if arguments is None else arguments))
+
+
+def _main(arguments: Sequence[str]) -> int:
+    options = _parser().parse_args(arguments)
+    command: _Command = options.command
+    from growthx import meshing, report, results, variants
+    from growthx.run import RunEndedEarly, solve
+
+    variant = variants.named(options.variant)
+    meshing.load_gmsh()
+    start = time.perf_counter()
+    scene = command.build(options)
+    setup = time.perf_counter() - start
+    status = 0
+    try:
+        with report.progress(scene) as watch:
+            result = solve(scene, variant, out=options.out, watch=watch)
+    except RunEndedEarly as ended:
+        result, status = ended.result, ended.exit_status
+        _keep_last_state(result, options.out)
+    result.setup_s += setup
+    readings = command.read(result)
+    if options.json:
+        answer = json.dumps({**results.summary(result), **readings}, ensure_ascii=False)
+        if scene.mesh.domain.comm.rank == 0:
+            print(answer)
+    else:
+        report.steps(result)
+        command.show(result, readings)
+        report.times(result)
+    return status
+
+
+def _keep_last_state(result: Result, out: str | None) -> None:
+    """Say why the run ended early and where its last good state is, on disk in any case."""
+    from growthx import results
+
+    comm = result.problem.comm
+    folder = out
+    if folder is None:
+        free = results.free_folder("growthx-last-state", comm)
+        results.write(free, result)
+        folder = str(free)
+    if comm.rank == 0:
+        print(f"growthx: {result.reason}; the last good state is in {folder}", file=sys.stderr)
+
+
+def _parser() -> argparse.ArgumentParser:
+    from growthx import __version__
+
+    parser = _Parser(
+        prog="growthx",
+        description="Density growth of bone at finite strains (Kuhl, Menzel & Steinmann 2003).",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"growthx {__version__}")
+    scenes = parser.add_subparsers(metavar="SCENE", required=True, parser_class=_Parser)
+    for command in (BAR, FEMUR, PLATE):
+        scene = scenes.add_parser(
+            command.name,
+            help=command.help,
+            description=command.help,
+            epilog=EPILOG,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        scene.set_defaults(command=command)
+        _add(scene, "--variant", "Q1P0", str, "discretisation: Q1Q1, Q1P0 or Q1")
+        command.arguments(scene)
+        scene.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+        scene.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
+    return parser
+
+
+def _add_exponents(parser: argparse.ArgumentParser) -> None:
+    _add(parser, "--n", 2.0, float, "exponent n: Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ⁿᵉᵒ")
+    _add(parser, "--m", 3.0, float, "exponent m: R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* }; well posed for m > n")
+
+
+def _add(parser: argparse.ArgumentParser, name: str, default: Any, kind: type, text: str) -> None:
+    parser.add_argument(name, default=default, type=kind, metavar=name.strip("-").upper(), help=f"{text} ({default})")
+
+
+# -- bar ---------------------------------------------------------------------------------------------------------------
+
+
+def _bar_arguments(parser: argparse.ArgumentParser) -> None:
+    _add(parser, "--problem", "discontinuous", str, "discontinuous (stepped stimulus) or continuous (tapered bar)")
+    _add(parser, "--elements", 40, int, "number of elements along the bar; the paper takes 10, 40 and 100")
+    _add(parser, "--dt", 0.1, float, "time step")
+    _add_exponents(parser)
+
+
+def _bar(options: argparse.Namespace) -> Scene:
+    from growthx.scenes.bar import PROBLEMS, bar
+
+    if options.problem not in PROBLEMS:
+        raise InputError(f"there is no bar problem '{options.problem}': one of {', '.join(PROBLEMS)} would be right")
+    return bar(PROBLEMS[options.problem], options.elements, n=options.n, m=options.m, step=options.dt)
+
+
+def _read_bar(result: Result) -> Mapping[str, Any]:
+    from growthx.scenes.bar import end_displacement, midpoint_density_change
+
+    return {
+        "midpoint_density_change": midpoint_density_change(result.problem),
+        "end_displacement": end_displacement(result.problem),
+    }
+
+
+def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
+    from growthx import report
+
+    report.numbers(result, "bar", {name.replace("_", " "): value for name, value in readings.items()}, "")
+
+
+# -- femur -------------------------------------------------------------------------------------------------------------
+
+
+def _femur_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--size", type=float, metavar="MM", help="cell size of the built-in outline in mm (3.5)")
+    parser.add_argument("--mesh", metavar="FILE", help="own .geo or .msh in mm with boundaries 'surface' and 'distal'")
+    _add(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
+    _add(
+        parser, "--loads", "average", str, "average (by daily cycles) or superposed (plain sum of the three load cases)"
+    )
+    _add(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
+    _add(parser, "--until", 160.0, float, "end time")
+    _add(parser, "--dt", 4.0, float, "time step; the load ramps over five of them")
+    _add_exponents(parser)
+
+
+def _femur(options: argparse.Namespace) -> Scene:
+    from growthx.scenes.femur import combination, femur
+
+    if options.mesh is not None and options.size is not None:
+        raise InputError(f"--size {options.size:g} is for the built-in outline: with --mesh, the file has its own size")
+    return femur(
+        options.mesh,
+        size=3.5 if options.size is None else options.size,
+        refine=options.refine,
+        thickness=options.thickness,
+        weights=combination(options.loads),
+        n=options.n,
+        m=options.m,
+        step=options.dt,
+        until=options.until,
+    )
+
+
+def _read_femur(result: Result) -> Mapping[str, Any]:
+    from growthx.scenes.femur import zones
+    from growthx.zones import area_means
+
+    return {"zones": area_means(result.problem, zones()), "bone": result.problem.mean_density()}
+
+
+def _show_femur(result: Result, readings: Mapping[str, Any]) -> None:
+    from growthx import report
+
+    values = {**readings["zones"], "whole bone": readings["bone"]}
+    reference = result.scene.material.reference_density
+    report.numbers(result, "mean density of anatomical zones", values, "g/cm³", reference)
+
+
+# -- plate -------------------------------------------------------------------------------------------------------------
+
+
+def _plate_arguments(parser: argparse.ArgumentParser) -> None:
+    _add(parser, "--n", 64, int, "number of cells over the height; 2N x N in all")
+
+
+def _plate(options: argparse.Namespace) -> Scene:
+    from growthx.scenes.plate import plate
+
+    return plate(options.n)
+
+
+def _read_plate(result: Result) -> Mapping[str, Any]:
+    from growthx.scenes.plate import tip_displacement
+
+    return {"tip_displacement": tip_displacement(result.problem)}
+
+
+def _show_plate(result: Result, readings: Mapping[str, Any]) -> None:
+    from growthx import report
+
+    report.numbers(result, "plate", {"tip displacement": readings["tip_displacement"]}, "")
+
+
+BAR = _Command("bar", "the paper's bar in tension", _bar_arguments, _bar, _read_bar, _show_bar)
+FEMUR = _Command("femur", "the proximal femur under daily loads", _femur_arguments, _femur, _read_femur, _show_femur)
+PLATE = _Command("plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate)

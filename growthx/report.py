@@ -1,0 +1,103 @@
+"""What a run tells the person at the terminal: progress on stderr, tables on stdout, from rank 0."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mpi4py import MPI
+
+    from growthx.run import Result
+    from growthx.scene import Scene
+
+
+FILE_WIDTH = 120  # characters, where output goes to a file or a pipe, which has no width
+
+
+@contextmanager
+def progress(scene: Scene) -> Iterator[Callable[[Result], None]]:
+    """A progress bar over the time of the scene, as something to `watch` the run with; on a terminal only."""
+    console = Console(stderr=True)
+    if scene.mesh.domain.comm.rank != 0 or not console.is_terminal:
+        yield lambda result: None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task(scene.name, total=scene.program.until, state="setting up")
+
+        def watch(result: Result) -> None:
+            step = result.steps[-1]
+            state = f"t = {step.time:g} of {scene.program.until:g}, {step.newton_iterations} Newton iterations"
+            bar.update(task, completed=step.time, state=state)
+
+        yield watch
+
+
+def table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]], comm: MPI.Comm) -> None:
+    """Print a table on stdout, on rank 0: the first column to the left, the others to the right."""
+    if comm.rank != 0:
+        return
+    content = Table(title=title, title_justify="left", title_style="bold")
+    for column, name in enumerate(header):
+        content.add_column(name, justify="left" if column == 0 else "right")
+    for row in rows:
+        content.add_row(*row)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
+    console.print(content)
+
+
+def steps(result: Result, rows: int = 10) -> None:
+    """Print the statistics of about `rows` of the steps, the last one included."""
+    stride = max(1, len(result.steps) // rows)
+    chosen = result.steps[::-1][::stride][::-1]
+    table(
+        f"{result.scene.name} with {result.variant.name}: {result.scene.mesh.cell_count} cells, "
+        f"{result.problem.dofs} unknowns, {len(result.steps)} steps, {result.newton_iterations} Newton iterations",
+        ("time", "load", "Newton", "residual", "rejected", "density from", "to", "mass", "mass defect"),
+        (
+            (
+                f"{step.time:g}",
+                f"{step.load:.2f}",
+                f"{step.newton_iterations}",
+                f"{step.newton.residual_norms[-1]:.0e}",
+                f"{step.rejected}",
+                f"{step.min_density:.4f}",
+                f"{step.max_density:.4f}",
+                f"{step.mass:.6g}",
+                f"{step.mass_defect:.0e}",
+            )
+            for step in chosen
+        ),
+        result.problem.comm,
+    )
+
+
+def numbers(result: Result, title: str, values: Mapping[str, float], unit: str, reference: float | None = None) -> None:
+    """Print named numbers, and their relative change from a reference if there is one."""
+    header = ["", unit] + ([] if reference is None else ["relative change"])
+    rows = (
+        [name, f"{value:.4f}"] + ([] if reference is None else [f"{value / reference - 1:+.1%}"])
+        for name, value in values.items()
+    )
+    table(title, header, rows, result.problem.comm)
+
+
+def times(result: Result) -> None:
+    """Print where the time went."""
+    say(result, f"set-up {result.setup_s:.2f} s, compiling {result.compile_s:.2f} s, solving {result.solve_s:.2f} s")
+
+
+def say(result: Result, sentence: str) -> None:
+    """Print a sentence on stdout, on rank 0."""
+    if result.problem.comm.rank == 0:
+        print(sentence)
