@@ -63,13 +63,15 @@ class Discretisation(ABC):
     """A scene discretised by a variant: one nonlinear system per time step, and the state it advances.
 
     `unknown` is what Newton's method solves for; `residual` is the compiled form of the balances and `tangents` are
-    those whose sum is its derivative.  The iterate becomes the state only in `accept_step`.
+    those whose sum is its derivative, `coupling` one whose matrix has room for all of them.  The iterate becomes the
+    state only in `accept_step`.
     """
 
     symmetric: bool  # whether the tangent is
     unknown: dolfinx.fem.Function
     residual: dolfinx.fem.Form
     tangents: list[dolfinx.fem.Form]
+    coupling: dolfinx.fem.Form
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         mesh, domain = scene.mesh, scene.mesh.domain
@@ -278,8 +280,10 @@ class Discretisation(ABC):
         midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, cells)
         if where := self._first(~(count == 0), midpoints):
             return f"det F ≤ 0 in the cell at {where}"
-        density = self.iterate_density()[: len(self.volumes)]
-        if where := self._first(~(density > 0), self.density_positions()):
+        old = self.old_density.x.array[: len(self.volumes)]
+        density = self.iterate_density()[: len(old)]
+        # A line search that halves its way towards zero never gets there.
+        if where := self._first(~(density > 1e-9 * old), self.density_positions()):
             return f"no positive density balances the mass at {where}"
         return ""
 
@@ -288,7 +292,10 @@ class Discretisation(ABC):
         found = np.flatnonzero(wrong)
         places = self.comm.allgather(where[found[0]] if len(found) else None)
         place = next((place for place in places if place is not None), None)
-        return "" if place is None else "({})".format(", ".join(f"{x:.4g}" for x in place[: self.scene.mesh.dim]))
+        if place is None:
+            return ""
+        tidy = np.where(np.abs(place) < 1e-12 * np.abs(place).max(), 0.0, place)
+        return "({})".format(", ".join(f"{x:.4g}" for x in tidy[: self.scene.mesh.dim]))
 
     # -- what is asked of the state ------------------------------------------------------------------------------------
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from numbers import Real
 from typing import Any
 
-import numpy as np
-
 
 class GrowthxError(Exception):
     """Any error growthx raises on purpose; `exit_status` is what the command line returns for it."""
@@ -34,6 +32,8 @@ def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> 
     The values of functions of position are checked when they have become DOLFINx Functions.  What is neither a number
     nor a field is refused.
     """
+    import numpy as np  # not above: the errors themselves, and so the command's help, do without
+
     if isinstance(value, Mapping):
         for name, part in value.items():
             require(part, f"{what} of '{name}'", wanted, holds)

@@ -41,17 +41,20 @@ def as_ufl(field: Field, mesh: Mesh) -> Any:
 def per_cell(field: Field, mesh: Mesh) -> dolfinx.fem.Function:
     """The field as a Function of one value per cell; same errors as `as_ufl`."""
     values = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, ("DG", 0)))
-    values.x.array[:] = np.nan
-    parts = field if isinstance(field, Mapping) else {None: field}
-    for name, part in parts.items():
-        _fill(values, part, mesh.local_cells if name is None else mesh.region(name))
-    missing = mesh.domain.comm.allreduce(int(np.isnan(values.x.array[: len(mesh.owned_cells)]).sum()))
+    if not isinstance(field, Mapping):
+        _fill(values, field, mesh.local_cells)
+        return values
+    without = np.ones(len(mesh.local_cells), dtype=bool)
+    for name, part in field.items():
+        cells = mesh.region(name)
+        _fill(values, part, cells)
+        without[cells] = False
+    missing = mesh.domain.comm.allreduce(int(without[mesh.owned_cells].sum()))
     if missing:
-        where = (
-            f"in none of the regions {', '.join(map(repr, field))}" if isinstance(field, Mapping) else "not a number"
-        )
+        regions = ", ".join(map(repr, field)) or "none at all"
         raise InputError(
-            f"a field has no value in {missing} of {mesh.cell_count} cells ({where}): one in each is needed"
+            f"a field given for the regions {regions} has no value in {missing} of {mesh.cell_count} cells: "
+            "one in each is needed"
         )
     return values
 
@@ -62,7 +65,7 @@ def _fill(values: dolfinx.fem.Function, part: Field, cells: Indices) -> None:
     elif isinstance(part, dolfinx.fem.Function) or not callable(part):
         raise InputError(f"the value of a region is {part!r}: a number or a function of position would be right")
     else:
-        values.interpolate(part, cells)
+        values.interpolate(lambda x: np.full(x.shape[1], part(x)), cells)  # a function may also return one number
 
 
 def law_as_ufl(law: Law, mesh: Mesh) -> Law:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from scipy.optimize import brentq
 
+from growthx.errors import require
+
 if TYPE_CHECKING:
     from growthx.growth import EnergyDrivenGrowth
     from growthx.material import Material
@@ -27,6 +29,7 @@ def uniaxial_equilibrium(material: Material, growth: EnergyDrivenGrowth, tractio
     The density follows from [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ = Ψ₀* (6), the transverse stretch from P̄₂₂ = 0, and the stretch from
     P̄₁₁ = traction (force per reference area, positive).
     """
+    require(traction, "the traction", "a positive number", lambda t: t > 0)
     exponent = 1 / (growth.exponent - material.density_exponent)
 
     def state(stretch: float) -> Equilibrium:

@@ -74,7 +74,7 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
     program = scene.program
     time, cut, rejected = 0.0, 1.0, 0
     mass = problem.mass()
-    for target in program.times():
+    for target in map(float, program.times()):
         while time < target:
             remaining = target - time
             # The last piece ends on the requested time exactly and is never a sliver.
@@ -108,4 +108,4 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
                 max_density=high,
                 reactions=problem.reactions(),
             )
-            time, rejected, cut = float(end), 0, min(1.0, 2 * cut)
+            time, rejected, cut = end, 0, min(1.0, 2 * cut)

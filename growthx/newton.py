@@ -41,7 +41,7 @@ class Newton:
     def __init__(self, problem: Discretisation, tolerance: float = 1e-10, maximum_iterations: int = 25) -> None:
         self.problem = problem
         self._force_scale = problem.force_scale()
-        self._matrix = petsc.create_matrix(problem.tangents[0])
+        self._matrix = petsc.create_matrix(problem.coupling)
         self._solution = PETSc.Vec().createMPI((len(problem.nodal_load), None), comm=problem.comm)
         residual = self._solution.duplicate()
         self._snes = snes = PETSc.SNES().create(problem.comm)
@@ -98,18 +98,21 @@ class Newton:
         P.zeroEntries()
         for tangent in self.problem.tangents:
             petsc.assemble_matrix(P, tangent, self.problem.conditions)  # type: ignore[arg-type]
+            P.assemble(PETSc.Mat.AssemblyType.FLUSH)  # PETSc drops, silently, what is added to what was inserted
         P.assemble()
 
 
 PETSC_ERR_LIB, PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_FP, PETSC_ERR_MAT_CH_ZRPVT = 76, 71, 72, 81
 
-_Reason = PETSc.SNES.ConvergedReason
-_REASONS: dict[Any, str] = {
-    _Reason.CONVERGED_FNORM_ABS: "the balances hold to the tolerance",
-    _Reason.DIVERGED_MAX_IT: "Newton's method did not converge within its number of iterations",
-    _Reason.DIVERGED_LINE_SEARCH: "no part of a Newton step reduces the residual",
-    _Reason.DIVERGED_LINEAR_SOLVE: "the linear system could not be solved",
-    _Reason.DIVERGED_FNORM_NAN: "the residual is not a number",
-    _Reason.DIVERGED_FUNCTION_DOMAIN: "the iterate is not admissible",
-    _Reason.DIVERGED_DTOL: "the residual grows without bound",
+# By name: PETSc has renamed some (FNORM_NAN became FUNCTION_NANORINF in 3.25).
+_SENTENCES = {
+    "CONVERGED_FNORM_ABS": "the balances hold to the tolerance",
+    "DIVERGED_MAX_IT": "Newton's method did not converge within its number of iterations",
+    "DIVERGED_LINE_SEARCH": "no part of a Newton step reduces the residual",
+    "DIVERGED_LINEAR_SOLVE": "the linear system could not be solved",
+    "DIVERGED_FNORM_NAN": "the residual is not a number",
+    "DIVERGED_FUNCTION_NANORINF": "the residual is not a number",
+    "DIVERGED_FUNCTION_DOMAIN": "the iterate is not admissible",
+    "DIVERGED_DTOL": "the residual grows without bound",
 }
+_REASONS = {getattr(PETSc.SNES.ConvergedReason, name, None): text for name, text in _SENTENCES.items()}

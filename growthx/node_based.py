@@ -51,6 +51,7 @@ class NodeBased(Discretisation):
         residual = residual if resting is None else residual + resting
         self.residual = self.compile.form(residual)
         self.tangents = [self.compile.form(ufl.derivative(residual, self.unknown))]
+        self.coupling = self.tangents[0]
         self._hold(W.sub(0))
         self._rest_densities(W)
         self._load(test_u, W)

@@ -41,8 +41,10 @@ class PointBased(Discretisation):
         work, resting = self._growing_work(u, self.density, test), self._resting_work(u, test)
         self.residual = self.compile.form(work if resting is None else work + resting)
         self.tangents = [self._condensed_tangent()]
+        self.coupling = self.tangents[0]
         if resting is not None:
             self.tangents.append(self.compile.form(ufl.derivative(resting, u)))
+            self.coupling = self.compile.form(ufl.inner(ufl.TrialFunction(V), test) * self.whole_volume)
         self._hold(V)
         self._load(test, V)
         energy = self.material.energy(deformation_gradient(u))

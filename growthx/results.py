@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
@@ -67,27 +67,29 @@ def cell_fields(problem: Discretisation) -> dict[str, Floats]:
     energy = material.energy(F)
     sigma = material.stress(F, rho) * F.T / volume_ratio(F)
     upper = [(i, j) for i in range(dim) for j in range(i, dim)]
-    space = dolfinx.fem.functionspace(mesh.domain, ("DG", 0, (3 + len(upper),)))
-    test = ufl.TestFunction(space)
-    everywhere = [rho, growth.stimulus(rho, energy, material), *(sigma[i, j] for i, j in upper)]
-    form = ufl.inner(ufl.as_vector([*everywhere, ufl.as_ufl(0)]), test) * problem.whole_volume
-    form += growth.mass_source(rho, energy, material) * test[len(everywhere)] * problem.growing_volume
-    volume = ufl.inner(ufl.as_vector([1.0] * (3 + len(upper))), test) * problem.whole_volume
-    total, volumes = (problem._assemble(dolfinx.fem.form(part)).reshape(-1, 3 + len(upper)) for part in (form, volume))
-    means = total / volumes
+    scalars = {
+        "density": rho,
+        "relative_change": rho / material.reference_density - 1,
+        "stimulus": growth.stimulus(rho, energy, material),
+        "mass_source": growth.mass_source(rho, energy, material),
+    }
+    means = _cell_means(problem, [*scalars.values(), *(sigma[i, j] for i, j in upper)])
     stress = np.empty((len(means), dim, dim))
-    for column, (i, j) in enumerate(upper, start=2):
+    for column, (i, j) in enumerate(upper, start=len(scalars)):
         stress[:, i, j] = stress[:, j, i] = means[:, column]
     principal = np.linalg.eigvalsh(stress)
-    reference = problem.scene.material.reference_density
-    return {
-        "density": means[:, 0],
-        "relative_change": means[:, 0] / reference - 1,
-        "stimulus": means[:, 1],
-        "mass_source": means[:, -1],
-        "major_stress": principal[:, -1],
-        "minor_stress": principal[:, 0],
-    }
+    fields = {name: means[:, column] for column, name in enumerate(scalars)}
+    fields["mass_source"][np.setdiff1d(mesh.owned_cells, problem.growing_cells)] = 0.0
+    return fields | {"major_stress": principal[:, -1], "minor_stress": principal[:, 0]}
+
+
+def _cell_means(problem: Discretisation, values: list[Any]) -> Floats:
+    """Means of UFL scalars over the owned cells, shape (cells, values)."""
+    space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("DG", 0, (len(values),)))
+    test, ones = ufl.TestFunction(space), [1.0] * len(values)
+    forms = (ufl.inner(ufl.as_vector(each), test) * problem.whole_volume for each in (values, ones))
+    total, volumes = (problem._assemble(dolfinx.fem.form(form)).reshape(-1, len(values)) for form in forms)
+    return total / volumes
 
 
 class FieldWriter:

@@ -175,6 +175,12 @@ class Scene:
             self.mesh.boundary(boundary)
         if not self.supports:
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
+        for support in self.supports:
+            support.components(self.mesh.dim)
+        for load in self.loads:
+            entries = len(load.traction(self.mesh.domain.geometry.x[:1].T))
+            if entries != self.mesh.dim:
+                raise InputError(f"the load on '{load.on}' has {entries} entries: the mesh needs {self.mesh.dim}")
         for region in self.growing or ():
             self.mesh.region(region)
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from growthx.arrays import Floats, Marks
     from growthx.discretisation import Discretisation
+    from growthx.mesh import Mesh
 
 TRACTION = 2.0
 ATTRACTOR_LEVELS = (2.0, 1.75, 1.5, 1.25, 1.0)  # from either end to mid-length, each on a tenth of the length
@@ -93,7 +94,7 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
     mesh, space = discretisation.scene.mesh, discretisation.density_space
     positions = discretisation.density_positions()
     found = []
-    for cell in mesh.owned_cells[_right_of_middle(discretisation)]:
+    for cell in mesh.owned_cells[_right_of_middle(mesh)]:
         for dof in space.dofmap.list[cell]:
             x, y, _ = positions[dof]
             found.append((round(abs(x - 0.5), 9), round(y, 9), float(discretisation.density.x.array[dof])))
@@ -101,14 +102,11 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
     return density / discretisation.scene.material.reference_density - 1
 
 
-def _right_of_middle(discretisation: Discretisation) -> Marks:
-    """The owned cells that start at mid-length."""
-    import dolfinx
-
-    mesh = discretisation.scene.mesh
-    starts = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)], 0].min(axis=1)
-    assert isinstance(mesh.domain, dolfinx.mesh.Mesh)
-    return np.isclose(starts, 0.5)
+def _right_of_middle(mesh: Mesh) -> Marks:
+    """The owned cells that hold the cross-section just right of mid-length."""
+    x = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)], 0]
+    middle = 0.5 + 1e-9
+    return np.asarray((x.min(axis=1) < middle) & (middle < x.max(axis=1)))
 
 
 def end_displacement(discretisation: Discretisation) -> float:

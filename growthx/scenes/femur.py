@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 from scipy.interpolate import CubicSpline
+from scipy.spatial import KDTree
 
 from growthx import meshing
 from growthx.errors import InputError, require
@@ -85,6 +86,8 @@ def femur(
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     """
     require(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
+    if len(weights) != len(LOAD_CASES):
+        raise InputError(f"the weights of the load cases are {weights}: {len(LOAD_CASES)} numbers would be right")
     for weight in weights:
         require(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
     if mesh is None:
@@ -133,9 +136,8 @@ def _joint_weight(case: LoadCase) -> Position:
 def abductor_weight(x: Floats) -> Floats:
     """Half a sine along the arc of the abductors' insertion, at points x of shape (3, points)."""
     arc, share = _insertion()
-    distance = np.hypot(x[0][:, np.newaxis] - arc[:, 0], x[1][:, np.newaxis] - arc[:, 1])
-    nearest = distance.argmin(axis=1)
-    return np.where(distance.min(axis=1) < OFF_OUTLINE, np.sin(np.pi * share[nearest]), 0.0)
+    distance, nearest = arc.query(x[:2].T)
+    return np.where(distance < OFF_OUTLINE, np.sin(np.pi * share[nearest]), 0.0)
 
 
 @cache
@@ -146,13 +148,13 @@ def outline() -> Floats:
 
 
 @cache
-def _insertion() -> tuple[Floats, Floats]:
-    """Points on the abductors' insertion, shape (points, 2), and their share of its arc length from 0 to 1."""
+def _insertion() -> tuple[KDTree, Floats]:
+    """Points on the abductors' insertion, and their share of its arc length from 0 to 1."""
     points = outline()
     spline = CubicSpline(np.arange(len(points)), points)
     arc = spline(np.linspace(*ABDUCTOR_INSERTION, 2001))
     length = np.append(0.0, np.cumsum(np.hypot(*np.diff(arc, axis=0).T)))
-    return arc, length / length[-1]
+    return KDTree(arc), length / length[-1]
 
 
 @cache

@@ -1,0 +1,125 @@
+"""A small body for tests: the unit square, distorted or not, and what the tests ask of its discretisations."""
+
+from dataclasses import replace
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+
+import growthx as gx
+from growthx.newton import Newton
+
+COMM = MPI.COMM_WORLD
+
+
+def square(cells=3, distortion=0.0, length=1.0):
+    """[0, 1]² times `length` in cells × cells quadrilaterals, with the regions "bone" (left half) and "implant"."""
+    domain = dolfinx.mesh.create_unit_square(COMM, cells, cells, dolfinx.mesh.CellType.quadrilateral)
+    sides = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0)}
+    mesh = gx.Mesh.with_names(
+        domain,
+        {name: lambda x, i=i, at=at: np.isclose(x[i], at) for name, (i, at) in sides.items()},
+        {"bone": lambda x: x[0] <= 0.5 + 1e-6, "implant": lambda x: x[0] >= 0.5 - 1e-6},
+    )
+    x = domain.geometry.x
+    shift = distortion * np.sin(np.pi * x[:, 0]) * np.sin(np.pi * x[:, 1])
+    x[:, 0] = length * (x[:, 0] + shift)
+    x[:, 1] = length * (x[:, 1] - 0.7 * shift)
+    return mesh
+
+
+def block(mesh=None, **changes):
+    """A clamped block bent and stretched by a traction, over four steps, the first two of them ramping."""
+    scene = gx.Scene(
+        name="block",
+        mesh=square() if mesh is None else mesh,
+        material=gx.Material(young=1.0, poisson=0.25, reference_density=1.2),
+        growth=gx.EnergyDrivenGrowth(attractor=0.01, rate=5.0),
+        supports=(gx.Support("left"),),
+        loads=(gx.Traction("right", (0.1, -0.02)),),
+        program=gx.Program(step=0.1, until=0.4, ramp=0.2),
+    )
+    return replace(scene, **changes)
+
+
+def run(scene, variant, **options):
+    """The steps of a run and the discretised scene at its end."""
+    problem = gx.discretise(scene, variant)
+    return list(gx.march(scene, variant, problem, **options)), problem
+
+
+def gathered(local):
+    """The owned entries of all ranks, one after another."""
+    return np.concatenate(COMM.allgather(np.asarray(local)))
+
+
+def densities(problem):
+    """(x, y, ρ) of all densities of all ranks, sorted by place."""
+    owned = problem.density_space.dofmap.index_map.size_local
+    rows = np.column_stack([problem.density_positions()[:owned, :2], problem.density.x.array[:owned]])
+    return _sorted_by_place(gathered(rows))
+
+
+def displacements(problem):
+    """(x, y, u_x, u_y) of all nodes of all ranks, sorted by place."""
+    space = problem.displacement_space
+    owned = space.dofmap.index_map.size_local
+    u = problem.displacement.x.array[: 2 * owned].reshape(-1, 2)
+    return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:owned, :2], u])))
+
+
+def _sorted_by_place(rows):
+    return rows[np.lexsort(np.round(rows[:, :2].T, 9))]
+
+
+def set_iterate(problem, displacement, density):
+    """Put functions of position on the running iterate (the density only where it is an unknown)."""
+    if problem.unknown is problem.displacement:
+        problem.unknown.interpolate(displacement)
+    else:
+        problem.unknown.sub(0).interpolate(displacement)
+        problem.unknown.sub(1).interpolate(density)
+    for held in problem.held:
+        problem.unknown.x.array[held.condition.dof_indices()[0]] = problem.amplitude * held.value
+    problem.unknown.x.scatter_forward()
+
+
+def tangent(problem):
+    """The matrix that Newton's method gets from PETSc at the running iterate, all of it, as an array."""
+    newton = Newton(problem)
+    newton._snes.setUp()
+    solution = newton._solution
+    solution.array_w[:] = problem.unknown.x.array[: solution.local_size]
+    problem.out_of_balance()
+    newton._snes.computeJacobian(solution, newton._matrix)
+    first, last = newton._matrix.getOwnershipRange()
+    rows = gathered(newton._matrix.getValues(range(first, last), range(newton._matrix.size[1])))
+    newton.destroy()
+    return rows
+
+
+def differences(problem, step=1e-6):
+    """The same matrix by central differences of the out-of-balance forces; held unknowns get unit rows and columns."""
+    unknown, size = problem.unknown.x.array, len(problem.nodal_load)
+    first = COMM.exscan(size) or 0
+    held = {first + dof for condition in problem.conditions for dof in _owned(condition)}
+    held = set().union(*COMM.allgather(held))
+    start = unknown.copy()
+    columns = []
+    for j in range(COMM.allreduce(size)):
+        forces = []
+        for sign in (1, -1):
+            unknown[:] = start
+            if first <= j < first + size:
+                unknown[j - first] += sign * step
+            forces.append(gathered(problem.out_of_balance()))
+        unit = np.arange(len(forces[0])) == j
+        columns.append(unit.astype(float) if j in held else (forces[0] - forces[1]) / (2 * step))
+    unknown[:] = start
+    problem.out_of_balance()
+    return np.array(columns).T
+
+
+def _owned(condition):
+    dofs, owned = condition.dof_indices()
+    return dofs[:owned].tolist()

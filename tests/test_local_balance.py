@@ -1,0 +1,165 @@
+"""The balance of mass at one point: the physical root where there is one, NaN where there is none, never another."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from growthx.growth import EnergyDrivenGrowth
+from growthx.local_balance import solve_density
+from growthx.material import Material
+
+TIME_STEPS = (1e-3, 0.1, 1.0, 10.0, 1e3, 1e6)
+
+
+def laws(n, m):
+    """A growth law and a material with no parameter equal to one."""
+    return EnergyDrivenGrowth(0.7, 1.4, m), Material(2.0, 0.3, 1.3, n)
+
+
+def states(count, seed=0):
+    """Old densities and energies over some decades, shape (count,) each."""
+    random = np.random.default_rng(seed)
+    return 10 ** random.uniform(-1, 1, count), 10 ** random.uniform(-4, 2, count)
+
+
+def solve(n, m, old, energy, time_step, guess=None):
+    """The densities that the module finds, from the old densities if no guess is given."""
+    growth, material = laws(n, m)
+    return solve_density(growth, material, old, energy, time_step, old if guess is None else guess)
+
+
+def residual(n, m, rho, old, energy, time_step):
+    """r(ρ) and the size of its largest term, to which round-off is relative."""
+    growth, material = laws(n, m)
+    stimulus = growth.stimulus(rho, energy, material)
+    terms = (rho, old, time_step * 1.4 * stimulus, time_step * 1.4 * 0.7 + 0 * rho)
+    return terms[0] - terms[1] - terms[2] + terms[3], np.max(terms, axis=0)
+
+
+def followed(n, m, old, energy, time_step):
+    """The root that grows out of ρₙ as Δt grows from 0, or NaN: found without any Newton iteration.
+
+    On its way from ρₙ the root passes each density ρ at the step Δt(ρ) = (ρ − ρₙ)/R₀(ρ), for as long as that rises.
+    """
+    growth, material = laws(n, m)
+
+    def length(log_ratio):
+        change = old * np.expm1(log_ratio)
+        with np.errstate(over="ignore"):
+            return change / growth.mass_source(old + change, energy, material)
+
+    away = 60.0 if growth.mass_source(old, energy, material) > 0 else -33.0  # down to round-off of ρₙ
+    path = away * np.linspace(0, 1, 60001)
+    lengths = length(path)
+    with np.errstate(invalid="ignore"):
+        stops = ~(np.diff(lengths) > 0)
+    end = 1 + np.argmax(stops) if stops.any() else len(path)
+    beyond = np.flatnonzero(lengths[:end] >= time_step)
+    if not len(beyond):
+        return np.nan
+    return old * np.exp(brentq(lambda x: length(x) - time_step, path[beyond[0] - 1], path[beyond[0]], xtol=1e-15))
+
+
+@pytest.mark.parametrize("time_step", TIME_STEPS)
+@pytest.mark.parametrize(("n", "m"), [(1, 2), (2, 3), (3.5, 4.5)])
+def test_closed_form(n, m, time_step):
+    """For n − m = −1, ρ² − [ρₙ − Δt c Ψ₀*] ρ − Δt c Ψ₀ⁿᵉᵒ ρ* = 0: the paper's case needs no iteration to be checked."""
+    old, energy = states(500)
+    half = (old - time_step * 1.4 * 0.7) / 2
+    product = time_step * 1.4 * energy * 1.3
+    root = np.sqrt(half**2 + product)
+    expected = np.where(half > 0, half + root, product / (root - half))  # without cancellation
+    assert np.allclose(solve(n, m, old, energy, time_step), expected, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("time_step", TIME_STEPS)
+@pytest.mark.parametrize("m", [0, 1, 2, 3, 4])
+@pytest.mark.parametrize("n", [1, 2, 3.5])
+def test_what_is_found_balances(n, m, time_step):
+    """Whatever is returned must solve the balance to round-off: the consistent tangent assumes nothing less."""
+    old, energy = states(500)
+    rho = solve(n, m, old, energy, time_step)
+    found = np.isfinite(rho)
+    assert (found.any() or m < n) and (rho[found] > 0).all()
+    r, size = residual(n, m, rho[found], old[found], energy[found], time_step)
+    growth, material = laws(n, m)
+    slope = 1 - time_step * growth.mass_source_slope(rho[found], energy[found], material)
+    # Near a double root (m < n) the residual says little: the error of ρ is r/slope.
+    assert np.all((np.abs(r) <= 1e-13 * size) | (np.abs(r / slope) <= 1e-13 * rho[found]))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3.5])
+@pytest.mark.parametrize("excess", [0.05, 1.0])
+def test_a_root_is_always_found_for_m_above_n(n, excess):
+    """r rises from −∞ to ∞ there: a NaN would cut a step that has a solution, at the worst for ever."""
+    old, energy = states(500)
+    for time_step in TIME_STEPS:
+        rho = solve(n, n + excess, old, energy, time_step)
+        r_low = residual(n, n + excess, 1e-14 * old, old, energy, time_step)[0]
+        assert np.isfinite(rho[r_low < 0]).all()  # roots that round-off of ρₙ does not hide
+
+
+@pytest.mark.parametrize("time_step", TIME_STEPS)
+@pytest.mark.parametrize(("n", "m"), [(1, 0), (1, 0.5), (2, 0), (2, 1), (2, 1.5), (3.5, 0), (3.5, 2), (3.5, 3)])
+def test_only_the_root_continuous_with_the_old_density_counts_for_m_below_n(n, m, time_step):
+    """For m < n there are two roots or none, and the one where r rises may lie beyond equilibrium, out of reach."""
+    old, energy = states(40, seed=1)
+    expected = np.array([followed(n, m, a, b, time_step) for a, b in zip(old, energy, strict=True)])
+    rho = solve(n, m, old, energy, time_step)
+    assert np.array_equal(np.isnan(rho), np.isnan(expected))
+    assert np.allclose(rho, expected, rtol=1e-6, atol=0, equal_nan=True)
+
+
+def test_a_spurious_root_beyond_equilibrium_is_refused():
+    """ρ − 1 − 100 [½ √ρ − 1] = 0 has the roots 4.3 and 2297, though bone of density 1 < 4 can only be resorbed."""
+    growth, material = EnergyDrivenGrowth(1.0, 1.0, 1.5), Material(1.0)
+    for guess in (0.1, 1.0, 4.3, 2300.0):
+        root = solve_density(growth, material, np.array([1.0]), np.array([0.5]), 100.0, np.array([guess]))
+        assert np.isnan(root).all()
+
+
+def test_a_guess_on_the_wrong_root_is_left():
+    """ρ − 1 − Δt [ρ² − ½] = 0 has two roots for small Δt: an iterate on the upper one, where r falls, must not stay."""
+    growth, material, time_step = EnergyDrivenGrowth(0.5, 1.0, 1.0), Material(1.0, density_exponent=3.0), 0.2
+    lower, upper = np.sort(np.roots([-time_step, 1.0, time_step * 0.5 - 1.0]))
+    for guess in (upper, upper * (1 - 1e-12), upper * 1.5):
+        root = solve_density(growth, material, np.array([1.0]), np.array([1.0]), time_step, np.array([guess]))
+        assert root[0] == pytest.approx(lower, rel=1e-13)
+
+
+@pytest.mark.parametrize("m", [0, 1, 3, 4])
+def test_unloaded_bone_vanishes_in_finite_time(m):
+    """With Ψ₀ⁿᵉᵒ = 0 and c Ψ₀* Δt ≥ ρₙ no positive density exists, whatever m: that answer rejects the step."""
+    old = np.array([0.5, 0.979, 0.98, 0.981, 2.0])  # c Ψ₀* Δt = 0.98
+    rho = solve(2, m, old, np.zeros(5), 1.0)
+    assert np.isnan(rho).tolist() == [True, True, True, False, False]
+    assert np.allclose(rho[3:], old[3:] - 0.98, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("guess", [np.nan, np.inf, -1.0, 0.0, 1e-12, 1e12])
+@pytest.mark.parametrize(("n", "m"), [(2, 3), (2, 1), (3.5, 0)])
+def test_the_guess_does_not_matter(n, m, guess):
+    """The guess is the global Newton's last iterate, which may be wild or NaN; the answer must not depend on it."""
+    old, energy = states(200)
+    expected = solve(n, m, old, energy, 0.05)
+    assert np.isfinite(expected).any()
+    rho = solve(n, m, old, energy, 0.05, np.full(200, guess))
+    assert np.allclose(rho, expected, rtol=1e-11, atol=0, equal_nan=True)
+
+
+def test_parameters_may_differ_from_point_to_point():
+    """Points converge one by one: the parameters, of growth and of the material, must stay with their points."""
+    old, energy = states(50)
+    random = np.random.default_rng(3)
+    attractor, rate, reference = random.uniform(0.1, 2, 50), random.uniform(0.5, 2, 50), random.uniform(0.5, 2, 50)
+    growth = EnergyDrivenGrowth(attractor, rate, 3.5)
+    together = solve_density(growth, Material(1.0, reference_density=reference), old, energy, 0.3, old)
+    for i in range(50):
+        growth, material = EnergyDrivenGrowth(attractor[i], rate[i], 3.5), Material(1.0, reference_density=reference[i])
+        alone = solve_density(growth, material, old[[i]], energy[[i]], 0.3, old[[i]])
+        assert alone[0] == pytest.approx(together[i], rel=1e-14)
+
+
+def test_nothing_to_solve():
+    """A rank may own no growing cell."""
+    assert solve(2, 3, np.empty(0), np.empty(0), 0.1).shape == (0,)

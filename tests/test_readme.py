@@ -1,0 +1,58 @@
+"""The README shows nothing that does not run."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.serial
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, re.DOTALL)
+COMMANDS = [line for language, block in BLOCKS if language == "sh" for line in block.splitlines()]
+PROGRAMS = [shlex.split(line)[1:] for line in COMMANDS if line.startswith("./run ") and "pytest" not in line]
+
+
+@pytest.mark.parametrize("words", PROGRAMS, ids=" ".join)
+def test_commands_run(words, tmp_path):
+    """What a newcomer types first must work, and leave its files where it is told to."""
+    where = {"python": [sys.executable], "growthx": [sys.executable, "-m", "growthx"]}
+    command = [part for word in words for part in where.get(word, [word])]
+    command = [str(ROOT / part) if part.startswith("demos/") else part for part in command]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+    if "demos/femur.py" in words:
+        assert "whole bone" in run.stdout
+        folder = tmp_path / "results" / "femur"
+        assert {"fields.pvd", "history.csv", "density.png"} <= {path.name for path in folder.iterdir()}
+        bone = re.search(r"whole bone +│ (\d\.\d{4})", run.stdout)
+        assert bone and float(bone[1]) == pytest.approx(0.9296, abs=1e-3)
+    if "demos/bar.py" in words:
+        assert {path.name for path in (tmp_path / "results" / "bar").iterdir()} == {
+            "discontinuous.png",
+            "continuous.png",
+        }
+
+
+def test_script_runs(tmp_path):
+    """The script of the README is complete: it runs as it stands from the repository's folder."""
+    (script,) = (block for language, block in BLOCKS if language == "python")
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    last = [float(word) for word in run.stdout.splitlines()[-1].split()]
+    assert last[0] == 2.0 and 0.01 < last[2] < 0.02
+
+
+def test_what_is_named_is_there():
+    """Files and options the README speaks of exist."""
+    for name in re.findall(r"`((?:demos|meshes|docs)/[\w.]+|[\w.]+\.(?:cff|txt))`|\((docs/[\w.]+)\)", README):
+        assert (ROOT / (name[0] or name[1])).exists()
+    (apt,) = (line for line in COMMANDS if "apt install" in line)
+    packages = subprocess.run(
+        ["bash", "-c", f"echo {apt.removeprefix('sudo apt install ')}"], cwd=ROOT, capture_output=True, text=True
+    ).stdout.split()
+    assert "python3-dolfinx" in packages and not any("#" in word for word in packages)

@@ -1,0 +1,213 @@
+"""What a run leaves on disk: readable, right, in global numbers, and never over something else."""
+
+import csv
+import json
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+
+import dolfinx
+import numpy as np
+import pytest
+import ufl
+from blocks import COMM, block, displacements, gathered, square
+
+import growthx as gx
+from growthx import results
+from growthx.errors import InputError
+from growthx.variants import CATALOGUE
+
+variants = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
+FIELDS = ["density", "relative_change", "stimulus", "mass_source", "major_stress", "minor_stress"]
+
+
+def homogeneous(**changes):
+    """A block in uniaxial tension with free sides, so that its fields are known."""
+    return block(
+        square(3, 0.05),
+        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        loads=(gx.Traction("right", (0.3, 0.0)),),
+        **changes,
+    )
+
+
+@variants
+def test_cell_means_of_a_homogeneous_block(variant):
+    """Every field against the same law at the block's stretches; the Cauchy stress is P̄ᵢλᵢ/J."""
+    scene = homogeneous()
+    problem = gx.solve(scene, variant, tolerance=1e-12).problem
+    x, y, u, v = displacements(problem).T
+    along, across = 1 + u[np.isclose(x, 1.0)].mean(), 1 + v[np.isclose(y, 1.0)].mean()
+    rho = problem.mass()  # of the unit square
+    J = along * across
+    energy = scene.material.elastic_energy(along**2 + across**2 + 1, J)
+    first, second, _ = scene.material.principal_stresses((along, across, 1.0), rho)
+    expected = {
+        "density": rho,
+        "relative_change": rho / 1.2 - 1,
+        "stimulus": scene.growth.stimulus(rho, energy, scene.material),
+        "mass_source": scene.growth.mass_source(rho, energy, scene.material),
+        "major_stress": first * along / J,
+        "minor_stress": second * across / J,
+    }
+    fields = results.cell_fields(problem)
+    assert list(fields) == FIELDS
+    assert rho != pytest.approx(1.2, rel=1e-2)
+    for name, value in expected.items():
+        assert gathered(fields[name]) == pytest.approx(np.full(9, value), rel=1e-9, abs=1e-10), name
+
+
+def test_density_means_are_weighed_by_volume():
+    """A cell's mean is ∫ρ over the cell by its volume: with it the cells' masses add up to the body's."""
+    problem = gx.solve(block(square(3, 0.1)), gx.Q1Q1).problem
+    domain = problem.scene.mesh.domain
+    volumes = dolfinx.fem.assemble_vector(
+        dolfinx.fem.form(ufl.TestFunction(dolfinx.fem.functionspace(domain, ("DG", 0))) * ufl.dx)
+    ).array
+    density = results.cell_fields(problem)["density"]
+    assert COMM.allreduce(float(density @ volumes[: len(density)])) == pytest.approx(problem.mass(), rel=1e-12)
+
+
+def test_nothing_grows_where_growth_was_not_asked_for():
+    """The mass source written there is zero, not what the law would give."""
+    problem = gx.solve(block(square(4), growing=("bone",)), gx.Q1).problem
+    source = results.cell_fields(problem)["mass_source"]
+    implant = problem.scene.mesh.region("implant")
+    implant = implant[implant < len(source)]
+    assert not np.any(source[implant])
+    assert COMM.allreduce(float(np.abs(source).max(initial=0.0))) > 0
+
+
+def test_relative_change_where_the_reference_density_varies():
+    """ρ* may be a field: the change is relative to the one at its place."""
+    material = gx.Material(young=1.0, reference_density={"bone": 1.0, "implant": 2.0})
+    scene = replace(block(square(4)), material=material, growth=gx.EnergyDrivenGrowth(0.0, rate=0.0))
+    problem = gx.solve(scene, gx.Q1).problem
+    fields = results.cell_fields(problem)
+    assert gathered(fields["relative_change"]) == pytest.approx(np.zeros(16), abs=1e-14)
+    assert sorted(gathered(fields["density"])) == pytest.approx([1.0] * 8 + [2.0] * 8)
+
+
+def written(folder, result):
+    """Write a result into a new folder below the shared one, and wait for all ranks."""
+    made = results.new_folder(folder / "run", COMM)
+    results.write(made, result)
+    COMM.barrier()
+    return made
+
+
+def arrays(folder, section):
+    """Names of the arrays in the .vtu files of the only time."""
+    files = sorted(folder.glob("*.vtu"))
+    assert files
+    roots = [ElementTree.parse(file).getroot() for file in files]
+    return {array.get("Name") for root in roots for part in root.iter(section) for array in part.iter("DataArray")}
+
+
+@variants
+def test_fields_are_on_disk(variant, shared_folder):
+    """ParaView finds the displacement at points and everything else in cells, with the time."""
+    folder = written(shared_folder, gx.solve(block(), variant))
+    assert arrays(folder, "PointData") >= {"displacement"}
+    assert arrays(folder, "CellData") >= set(FIELDS)
+    (entry, *_) = ElementTree.parse(folder / "fields.pvd").getroot().iter("DataSet")
+    assert float(entry.get("timestep")) == 0.4
+
+
+@pytest.mark.serial
+def test_fields_read_back_are_those_of_the_state(tmp_path):
+    """What a reader of the files gets, cell by cell and node by node."""
+    pyvista = pytest.importorskip("pyvista")
+    result = gx.solve(block(square(3, 0.05)), gx.Q1)
+    folder = written(tmp_path, result)
+    (file,) = folder.glob("*.vtu")
+    grid = pyvista.read(file)
+    order = np.lexsort(np.round(grid.cell_centers().points[:, :2].T, 9))
+    cells = result.scene.mesh.owned_cells
+    middles = dolfinx.mesh.compute_midpoints(result.scene.mesh.domain, 2, cells)
+    own = np.lexsort(np.round(middles[:, :2].T, 9))
+    for name, values in results.cell_fields(result.problem).items():
+        assert grid.cell_data[name][order] == pytest.approx(values[own], rel=1e-12), name
+    farthest = np.abs(np.asarray(grid.point_data["displacement"])[:, :2]).max()
+    assert farthest == pytest.approx(np.abs(result.problem.displacement.x.array).max(), rel=1e-12)
+
+
+@variants
+def test_history_is_the_steps(variant, shared_folder):
+    """One row per accepted step, all numbers global and written once, with the reactions of each support."""
+    result = gx.solve(block(), variant)
+    folder = written(shared_folder, result)
+    with (folder / "history.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == [
+        *("time", "time_step", "load", "rejected", "newton_iterations", "residual", "mass", "mass_defect"),
+        *("min_density", "max_density", "reaction_left_x", "reaction_left_y"),
+    ]
+    assert len(rows) == len(result.steps) == 4
+    for row, step in zip(rows, result.steps, strict=True):
+        assert float(row["time"]) == step.time
+        assert float(row["mass"]) == step.mass
+        assert int(row["newton_iterations"]) == step.newton_iterations
+        assert float(row["residual"]) == step.newton.residual_norms[-1] <= 1e-10
+        assert float(row["reaction_left_x"]) == step.reactions["left"][0]
+
+
+def test_a_run_without_steps_still_leaves_its_state(shared_folder):
+    """A run that failed at once: the files exist, the history has no rows."""
+    scene = block(supports=(gx.Support("left"), gx.Support("right", (-1.5, 0.0))), loads=())
+    with pytest.raises(gx.RunEndedEarly) as ended:
+        gx.solve(replace(scene, program=gx.Program(step=0.1, until=0.1)), gx.Q1P0)
+    folder = written(shared_folder, ended.value.result)
+    assert len((folder / "history.csv").read_text().splitlines()) == 1
+    assert (folder / "fields.pvd").exists()
+
+
+def test_a_folder_with_something_in_it_is_refused(shared_folder):
+    """Results of another day must stay as they are."""
+    if COMM.rank == 0:
+        (shared_folder / "precious.txt").write_text("mine")
+    COMM.barrier()
+    with pytest.raises(InputError, match="not empty"):
+        results.new_folder(shared_folder, COMM)
+    assert [path.name for path in shared_folder.iterdir()] == ["precious.txt"]
+
+
+def test_a_folder_below_a_file_is_refused(shared_folder):
+    """The operating system's reason, in one sentence, on all ranks."""
+    if COMM.rank == 0:
+        (shared_folder / "file").write_text("")
+    COMM.barrier()
+    with pytest.raises(InputError, match="cannot be made"):
+        results.new_folder(shared_folder / "file" / "below", COMM)
+
+
+def test_a_free_folder_is_found_beside_the_full_one(shared_folder):
+    """Demos may be run again and again: each run gets a folder of its own."""
+    for name in ("out", "out-2", "out-3"):
+        folder = results.free_folder(shared_folder / "out", COMM)
+        assert folder.name == name
+        if COMM.rank == 0:
+            (folder / "something").write_text("")
+        COMM.barrier()
+
+
+def test_a_history_is_not_written_over(shared_folder):
+    """Also within a folder: the second writing is refused by the file itself."""
+    result = gx.solve(block(), gx.Q1P0)
+    folder = written(shared_folder, result)
+    before = (folder / "history.csv").read_bytes()
+    if COMM.rank == 0:
+        with pytest.raises(FileExistsError):
+            results.write_history(folder, result)
+    COMM.barrier()
+    assert (folder / "history.csv").read_bytes() == before
+
+
+@variants
+def test_the_summary_is_scalars_and_json(variant):
+    """What --json prints: numbers as numbers, the same on all ranks but for the clock."""
+    numbers = json.loads(json.dumps(dict(results.summary(gx.solve(block(), variant)))))
+    assert (numbers["cells"], numbers["points"], numbers["steps"], numbers["converged"]) == (9, 36, 4, True)
+    assert numbers["min_density"] < numbers["mass"] < numbers["max_density"]
+    assert "reason" not in numbers
+    own = {key: value for key, value in numbers.items() if not key.endswith("_s")}
+    assert COMM.allgather(own) == [own] * COMM.size
