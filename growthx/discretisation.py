@@ -13,8 +13,8 @@ import ufl
 from mpi4py import MPI
 
 from growthx import balances
-from growthx.errors import InputError
-from growthx.fields import as_ufl, is_uniform, law_as_ufl
+from growthx.errors import InputError, require
+from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.sampling import dof_positions
 
@@ -133,7 +133,7 @@ class Discretisation(ABC):
         if is_uniform(start):
             self.density.x.array[:] = start
         elif callable(start) and not isinstance(start, dolfinx.fem.Function):
-            self.density.interpolate(start)
+            self.density.interpolate(scalar(start))
         else:
             # Each density takes the mean over the part of the body it stands for.
             test = ufl.TestFunction(self.density_space)
@@ -141,9 +141,7 @@ class Discretisation(ABC):
             volume = self._assemble(self.compile.form(test * self.whole_volume))
             self.density.x.array[: len(share)] = share / volume
             self.density.x.scatter_forward()
-        lowest = self.comm.allreduce(float(self.density.x.array.min(initial=np.inf)), MPI.MIN)
-        if not (lowest > 0 and np.isfinite(lowest)):
-            raise InputError(f"the initial density ρ(0) is {lowest:g} somewhere: a positive number would be right")
+        require(self.density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         self.old_density.x.array[:] = self.density.x.array
 
     def _growing_work(self, u: Any, rho: Any, test: Any) -> ufl.Form:

@@ -26,6 +26,14 @@ class EndedEarly(GrowthxError):
     exit_status = 3
 
 
+def require_number(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> None:
+    """Refuse what is not a finite real number, or not as `holds` wants."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise InputError(f"{what} is {value!r}: {wanted} would be right")
+    if not (math.isfinite(value) and holds(value)):
+        raise InputError(f"{what} is {float(value):g}: {wanted} would be right")
+
+
 def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> None:
     """Refuse a number, any number in a mapping, or a DOLFINx Function's values, if not finite or not as `holds` wants.
 
@@ -37,9 +45,6 @@ def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> 
     if isinstance(value, Mapping):
         for name, part in value.items():
             require(part, f"{what} of '{name}'", wanted, holds)
-    elif isinstance(value, Real) and not isinstance(value, bool):
-        if not (math.isfinite(value) and holds(value)):
-            raise InputError(f"{what} is {float(value):g}: {wanted} would be right")
     elif hasattr(value, "function_space"):
         array = value.x.array
         wrong = array[~(np.isfinite(array) & holds(array))]
@@ -48,4 +53,4 @@ def require(value: Any, what: str, wanted: str, holds: Callable[[Any], Any]) -> 
         if found:
             raise InputError(f"{what} is {found[0][0]:g} somewhere: {wanted} would be right")
     elif not (callable(value) or isinstance(value, np.ndarray)):
-        raise InputError(f"{what} is {value!r}: {wanted} would be right")
+        require_number(value, what, wanted, holds)

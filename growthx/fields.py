@@ -34,6 +34,8 @@ def as_ufl(field: Field, mesh: Mesh) -> Any:
     if is_uniform(field):
         return dolfinx.fem.Constant(mesh.domain, dolfinx.default_scalar_type(field))
     if isinstance(field, dolfinx.fem.Function):
+        if field.ufl_shape:
+            raise InputError(f"the field '{field.name}' has values of shape {field.ufl_shape}: a scalar one is needed")
         return field
     return per_cell(field, mesh)
 
@@ -65,7 +67,22 @@ def _fill(values: dolfinx.fem.Function, part: Field, cells: Indices) -> None:
     elif isinstance(part, dolfinx.fem.Function) or not callable(part):
         raise InputError(f"the value of a region is {part!r}: a number or a function of position would be right")
     else:
-        values.interpolate(lambda x: np.full(x.shape[1], part(x)), cells)  # a function may also return one number
+        values.interpolate(scalar(part), cells)
+
+
+def scalar(function: Callable[[Floats], Any]) -> Callable[[Floats], Floats]:
+    """The function of position with one value for each point, also where it returns one number for all.
+
+    Raises InputError for values of another shape.
+    """
+
+    def values(x: Floats) -> Floats:
+        found = np.asarray(function(x), dtype=float)
+        if found.shape not in ((), (x.shape[1],)):
+            raise InputError(f"a function of position returned shape {found.shape} for {x.shape[1]} points: one each")
+        return np.broadcast_to(found, x.shape[1])
+
+    return values
 
 
 def law_as_ufl(law: Law, mesh: Mesh) -> Law:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from growthx.errors import require
+from growthx.errors import require, require_number
 from growthx.fields import Field
 from growthx.material import Material, exact_exponent
 
@@ -28,7 +28,7 @@ class EnergyDrivenGrowth:
     def __post_init__(self) -> None:
         require(self.attractor, "the attractor stimulus Ψ₀*", "a number of at least 0", lambda psi: psi >= 0)
         require(self.rate, "the growth rate c", "a number of at least 0", lambda c: c >= 0)
-        require(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
+        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
 
     def stimulus(self, density: Any, elastic_energy: Any, material: Material) -> Any:
         """[ρ/ρ*]^(−m) Ψ₀ = [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ, energy per reference volume."""

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import ufl
 
-from growthx.errors import require
+from growthx.errors import require, require_number
 from growthx.fields import Field
 from growthx.kinematics import first_invariant, volume_ratio
 
@@ -44,7 +44,7 @@ class Material:
         require(self.young, "Young's modulus E", "a positive number", lambda E: E > 0)
         require(self.poisson, "Poisson's ratio ν", "a number above -1 and below 0.5", lambda nu: (nu > -1) & (nu < 0.5))
         require(self.reference_density, "the reference density ρ*", "a positive number", lambda rho: rho > 0)
-        require(self.density_exponent, "the density exponent n", "a number of at least 0", lambda n: n >= 0)
+        require_number(self.density_exponent, "the density exponent n", "a number of at least 0", lambda n: n >= 0)
 
     @property
     def lame(self) -> tuple[Any, Any]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
 from growthx.arrays import Floats
-from growthx.errors import InputError, require
+from growthx.errors import InputError, require, require_number
 from growthx.fields import Field
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Support:
             )
         for value in values:
             if value is not None:
-                require(value, f"the displacement of the support '{self.on}'", "a finite number", lambda _: True)
+                require_number(value, f"the displacement of the support '{self.on}'", "a finite number", lambda _: True)
         return [(i, float(value)) for i, value in enumerate(values) if value is not None]
 
 
@@ -65,7 +65,7 @@ class Load(Protocol):
 
 def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
     for value in values:
-        require(value, what, "a finite number", lambda _: True)
+        require_number(value, what, "a finite number", lambda _: True)
     return tuple(float(value) for value in values)
 
 
@@ -128,9 +128,9 @@ class Program:
     ramp: float = 0.0
 
     def __post_init__(self) -> None:
-        require(self.step, "the time step Δt", "a positive number", lambda dt: dt > 0)
-        require(self.until, "the end time", "a positive number", lambda t: t > 0)
-        require(self.ramp, "the duration of the load ramp", "a number of at least 0", lambda t: t >= 0)
+        require_number(self.step, "the time step Δt", "a positive number", lambda dt: dt > 0)
+        require_number(self.until, "the end time", "a positive number", lambda t: t > 0)
+        require_number(self.ramp, "the duration of the load ramp", "a number of at least 0", lambda t: t >= 0)
         if self.until / self.step > 1e7:
             raise InputError(
                 f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps"
@@ -153,7 +153,6 @@ class Scene:
 
     initial_density: ρ(0), a number or a field; default: the material's reference density.
     growing: names of the regions that grow; default: everywhere.  Elsewhere the density stays as it is at no cost.
-    info: what a scene wants to be remembered with its results, such as its thickness.
     """
 
     name: str
@@ -165,7 +164,6 @@ class Scene:
     program: Program
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
-    info: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
@@ -173,14 +171,15 @@ class Scene:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
         for boundary in [support.on for support in self.supports] + [load.on for load in self.loads]:
             self.mesh.boundary(boundary)
-        if not self.supports:
+        held = [support.components(self.mesh.dim) for support in self.supports]
+        if not any(held):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
-        for support in self.supports:
-            support.components(self.mesh.dim)
         for load in self.loads:
             entries = len(load.traction(self.mesh.domain.geometry.x[:1].T))
             if entries != self.mesh.dim:
                 raise InputError(f"the load on '{load.on}' has {entries} entries: the mesh needs {self.mesh.dim}")
+        if isinstance(self.growing, str):
+            raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
         for region in self.growing or ():
             self.mesh.region(region)
 

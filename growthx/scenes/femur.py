@@ -108,7 +108,6 @@ def femur(
             for force in _forces(case, weight / thickness)
         ),
         program=Program(step=step, until=until, ramp=5 * step),
-        info={"thickness": thickness, "weights": weights},
     )
 
 
