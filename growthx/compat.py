@@ -54,3 +54,15 @@ def interpolation_points(element: Any) -> Floats:
     """Points of the reference cell, shape (points, dim), that interpolation into an element needs."""
     points = element.interpolation_points
     return points() if callable(points) else points
+
+
+def geometry_nodes(domain: dolfinx.mesh.Mesh) -> Indices:
+    """Nodes of the cells' geometry, shape (cells, nodes of a cell), as rows of `domain.geometry.x`."""
+    geometry = domain.geometry
+    return np.asarray(geometry.dofmaps[0] if VERSION >= (0, 11) else geometry.dofmap)
+
+
+def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace, Indices]:
+    """A part of a mixed space as a space of its own, and where its degrees of freedom are in the mixed one."""
+    space, dofs = part.collapse()
+    return space, np.array(dofs, dtype=np.int32).ravel()  # 0.11 gives an array for each type of cell

@@ -14,7 +14,7 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx import balances
+from growthx import balances, compat
 from growthx.discretisation import Discretisation
 from growthx.fields import is_uniform
 
@@ -62,9 +62,8 @@ class NodeBased(Discretisation):
     ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
         mixed = basix.ufl.mixed_element([displacement, density])
         self._mixed_space = W = dolfinx.fem.functionspace(self.scene.mesh.domain, mixed)
-        (V, displacement_part), (D, density_part) = W.sub(0).collapse(), W.sub(1).collapse()
-        self._displacement_part = np.array(displacement_part, dtype=np.int32)
-        self._density_part = np.array(density_part, dtype=np.int32)
+        V, self._displacement_part = compat.collapse(W.sub(0))
+        D, self._density_part = compat.collapse(W.sub(1))
         return V, D
 
     def _rest_densities(self, W: dolfinx.fem.FunctionSpace) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import basix.ufl
 import numpy as np
 
 from growthx import compat
@@ -37,10 +36,10 @@ def dof_positions(space: dolfinx.fem.FunctionSpace, mesh: Mesh) -> Floats:
 
 def _geometry_basis(mesh: Mesh, X: Floats) -> Floats:
     """Shape functions of the geometry and their derivatives, shape (1 + dim, points, nodes)."""
-    element = basix.ufl.element("Lagrange", mesh.cell_name, mesh.domain.geometry.cmap.degree)
+    element = mesh.domain.ufl_domain().ufl_coordinate_element().sub_elements[0]
     return np.array(element.tabulate(1, X))
 
 
 def _corners(mesh: Mesh) -> Floats:
     """Nodes of the owned cells, shape (cells, nodes, 3)."""
-    return np.asarray(mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)]])
+    return np.asarray(mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[: len(mesh.owned_cells)]])

@@ -6,6 +6,7 @@ import pytest
 import ufl
 from blocks import COMM, square
 
+from growthx import compat
 from growthx.errors import InputError
 from growthx.mesh import Mesh
 
@@ -39,7 +40,7 @@ def test_counts_and_shape(mesh):
     assert (mesh.dim, mesh.cell_count, mesh.cell_name) == (2, 16, "quadrilateral")
     assert COMM.allreduce(len(mesh.owned_cells)) == 16
     assert np.array_equal(mesh.local_cells[: len(mesh.owned_cells)], mesh.owned_cells)
-    assert len(mesh.local_cells) == mesh.domain.geometry.dofmap.shape[0]
+    assert len(mesh.local_cells) == compat.geometry_nodes(mesh.domain).shape[0]
 
 
 def test_boundaries_lie_outside_only():

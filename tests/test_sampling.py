@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from blocks import COMM, square
 
+from growthx import compat
 from growthx.mesh import Mesh
 from growthx.sampling import dof_positions, positions, volume_ratios
 from growthx.variants import CATALOGUE
@@ -31,7 +32,7 @@ def mesh(request):
 
 def corners(mesh):
     """Corners of the owned cells in turn, shape (cells, corners, 2)."""
-    x = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)], :2]
+    x = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[: len(mesh.owned_cells)], :2]
     return x[:, [0, 1, 3, 2]] if mesh.cell_name == "quadrilateral" else x
 
 
@@ -69,7 +70,7 @@ def test_positions_are_dolfinxs_own(mesh):
     places, geometry = positions(mesh, points), mesh.domain.geometry
     assert places.shape == (len(mesh.owned_cells), len(points), 3)
     for cell in mesh.owned_cells:
-        nodes = geometry.x[geometry.dofmap[cell], :2]
+        nodes = geometry.x[compat.geometry_nodes(mesh.domain)[cell], :2]
         assert np.allclose(places[cell, :, :2], geometry.cmap.push_forward(points, nodes), rtol=0, atol=1e-15)
 
 

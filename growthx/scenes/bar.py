@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from growthx import meshing
+from growthx import compat, meshing
 from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
@@ -104,7 +104,7 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
 
 def _right_of_middle(mesh: Mesh) -> Marks:
     """The owned cells that hold the cross-section just right of mid-length."""
-    x = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[: len(mesh.owned_cells)], 0]
+    x = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[: len(mesh.owned_cells)], 0]
     middle = 0.5 + 1e-9
     return np.asarray((x.min(axis=1) < middle) & (middle < x.max(axis=1)))
 
