@@ -12,7 +12,8 @@ RUN apt-get update \
 RUN mkdir --mode=1777 /home/growthx
 COPY . /growthx
 WORKDIR /growthx
-ENV HOME=/home/growthx LC_ALL=C.UTF-8 GROWTHX_ENVIRONMENT=python
-# ./run knows "growthx" and how OpenMPI is to behave here.
+ENV HOME=/home/growthx LC_ALL=C.UTF-8 GROWTHX_ENVIRONMENT=python \
+    PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
+# ./run knows "growthx" and how OpenMPI is to behave; more ranks than cores are allowed above.
 ENTRYPOINT ["/growthx/run"]
 CMD ["growthx", "--help"]
