@@ -59,7 +59,7 @@ def interpolation_points(element: Any) -> Floats:
 def geometry_nodes(domain: dolfinx.mesh.Mesh) -> Indices:
     """Nodes of the cells' geometry, shape (cells, nodes of a cell), as rows of `domain.geometry.x`."""
     geometry = domain.geometry
-    return np.asarray(geometry.dofmaps[0] if VERSION >= (0, 11) else geometry.dofmap)
+    return np.asarray(geometry.dofmaps[0] if VERSION >= (0, 11) else geometry.dofmap)  # type: ignore[attr-defined]
 
 
 def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace, Indices]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
@@ -13,50 +11,17 @@ import ufl
 from mpi4py import MPI
 
 from growthx import balances
-from growthx.errors import InputError, require
+from growthx.assembly import Compiler, assemble
+from growthx.boundary import hold, nodal_forces, owned
+from growthx.errors import require
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.sampling import dof_positions
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices, Marks
-    from growthx.scene import Load, Scene
+    from growthx.scene import Scene
     from growthx.variants import Variant
-
-
-class Compiler:
-    """Compiles weak forms and keeps the time it took: generating, compiling and loading them."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-    def __call__(self, build: Any, *arguments: Any) -> Any:
-        """Call `build`, which compiles something, on the clock."""
-        start = time.perf_counter()
-        try:
-            return build(*arguments)
-        finally:
-            self.seconds += time.perf_counter() - start
-
-    def form(self, form: ufl.Form) -> dolfinx.fem.Form:
-        """The compiled form."""
-        return self(dolfinx.fem.form, form)
-
-
-@dataclass(frozen=True)
-class Held:
-    """One direction of a support: the unknowns in `condition` take `value` (length) at full load."""
-
-    boundary: str
-    direction: int
-    value: float
-    condition: dolfinx.fem.DirichletBC
-
-    @property
-    def owned(self) -> Indices:
-        """Indices of the held unknowns this rank owns."""
-        dofs, count = self.condition.dof_indices()
-        return np.asarray(dofs[:count])
 
 
 class Discretisation(ABC):
@@ -91,7 +56,7 @@ class Discretisation(ABC):
         self.amplitude = 0.0
         self._split_cells()
         self.density_dofs = self._growing_densities()
-        self.volumes = self._assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
+        self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
         self._set_start_density()
 
     # -- set-up --------------------------------------------------------------------------------------------------------
@@ -137,8 +102,8 @@ class Discretisation(ABC):
         else:
             # Each density takes the mean over the part of the body it stands for.
             test = ufl.TestFunction(self.density_space)
-            share = self._assemble(self.compile.form(as_ufl(start, self.scene.mesh) * test * self.whole_volume))
-            volume = self._assemble(self.compile.form(test * self.whole_volume))
+            share = assemble(self.compile.form(as_ufl(start, self.scene.mesh) * test * self.whole_volume))
+            volume = assemble(self.compile.form(test * self.whole_volume))
             self.density.x.array[: len(share)] = share / volume
             self.density.x.scatter_forward()
         require(self.density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
@@ -156,36 +121,15 @@ class Discretisation(ABC):
 
     def _hold(self, space: dolfinx.fem.FunctionSpace) -> None:
         """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
-        mesh = self.scene.mesh
-        self.held = []
-        for support in self.scene.supports:
-            facets = mesh.boundary(support.on)
-            for i, value in support.components(mesh.dim):
-                dofs = dolfinx.fem.locate_dofs_topological(space.sub(i), mesh.dim - 1, facets)
-                condition = dolfinx.fem.dirichletbc(dolfinx.default_scalar_type(0), dofs, space.sub(i))
-                self.held.append(Held(support.on, i, value, condition))
+        self.held = hold(self.scene.supports, self.scene.mesh, space)
         self.conditions = [held.condition for held in self.held]
 
     def _load(self, test: Any, space: dolfinx.fem.FunctionSpace) -> None:
         """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
         for load in self.scene.loads:
-            self.nodal_load += self._nodal_forces(load, test)
-
-    def _nodal_forces(self, load: Load, test: Any) -> Floats:
-        traction = dolfinx.fem.Function(self.displacement_space)
-        traction.interpolate(load.traction)
-        surface = self.scene.mesh.boundary_measure(load.on, 2 * self.variant.displacement_degree)
-        forces = self._assemble(self.compile.form(balances.external_work(traction, test, surface)))
-        if self.comm.allreduce(int(not np.all(np.isfinite(forces)))):
-            raise InputError(f"the load on '{load.on}' is not a number everywhere: finite tractions would be right")
-        if load.resultant is None or not any(load.resultant):
-            return forces
-        wanted = np.array(load.resultant)
-        reached = float(self.resultant(forces) @ wanted / (wanted @ wanted))
-        if not reached > 0:
-            raise InputError(f"the force {load.resultant} on '{load.on}' has no weight there: a positive one is needed")
-        return forces / reached
+            mesh, V = self.scene.mesh, self.displacement_space
+            self.nodal_load += nodal_forces(load, mesh, V, test, self.resultant, self.compile)
 
     # -- what the solver of a step uses --------------------------------------------------------------------------------
 
@@ -194,7 +138,7 @@ class Discretisation(ABC):
         self.time_step.value = time_step
         self.amplitude = amplitude
         for held in self.held:
-            self.unknown.x.array[held.condition.dof_indices()[0]] = amplitude * held.value
+            self.unknown.x.array[held.dofs] = amplitude * held.value
 
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
@@ -207,8 +151,7 @@ class Discretisation(ABC):
         if not admissible:
             forces[:] = np.nan
         for condition in self.conditions:
-            dofs, owned = condition.dof_indices()
-            forces[dofs[:owned]] = 0.0
+            forces[owned(condition)] = 0.0
         return forces
 
     def force_scale(self) -> float:
@@ -218,8 +161,7 @@ class Discretisation(ABC):
         """
         load = self.nodal_load.copy()
         for condition in self.conditions:
-            dofs, owned = condition.dof_indices()
-            load[dofs[:owned]] = 0.0
+            load[owned(condition)] = 0.0
         if total := self.comm.allreduce(float(load @ load)):
             return float(np.sqrt(total))
         mesh, young = self.scene.mesh, self.material.young
@@ -232,15 +174,7 @@ class Discretisation(ABC):
 
     def _forces(self) -> Floats:
         """Internal minus external forces as they are: at supports, what the supports bear."""
-        return self._assemble(self.residual) - self.amplitude * self.nodal_load
-
-    def _assemble(self, form: dolfinx.fem.Form) -> Floats:
-        """The linear form's owned entries."""
-        dofmap = form.function_spaces[0].dofmap
-        vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
-        dolfinx.fem.assemble_vector(vector.array, form)
-        vector.scatter_reverse(dolfinx.la.InsertMode.add)
-        return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+        return assemble(self.residual) - self.amplitude * self.nodal_load
 
     @abstractmethod
     def update(self) -> bool:
@@ -273,7 +207,7 @@ class Discretisation(ABC):
         u.x.array[:] = self.iterate_displacement()
         J = volume_ratio(deformation_gradient(u))
         inverted = ufl.conditional(ufl.gt(J, 0), 0.0, 1.0)
-        count = self._assemble(dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume))
+        count = assemble(dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume))
         cells = mesh.owned_cells
         midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, cells)
         if where := self._first(~(count == 0), midpoints):
@@ -341,6 +275,7 @@ class Discretisation(ABC):
         forces = self._forces()
         total: dict[str, Floats] = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
         for held in self.held:
-            total[held.boundary][held.direction] += self.comm.allreduce(float(forces[held.owned].sum()))
-            forces[held.owned] = 0.0  # what two supports share is borne by the first
+            dofs = owned(held.condition)
+            total[held.boundary][held.direction] += self.comm.allreduce(float(forces[dofs].sum()))
+            forces[dofs] = 0.0  # what two supports share is borne by the first
         return total

@@ -15,6 +15,7 @@ import numpy as np
 import ufl
 
 from growthx import balances, compat
+from growthx.assembly import assemble
 from growthx.discretisation import Discretisation
 from growthx.fields import is_uniform
 
@@ -118,7 +119,7 @@ class NodeBased(Discretisation):
 
     def source_rate(self) -> float:
         """∫ R₀ dV: the nodal shares of the source, summed."""
-        return self.comm.allreduce(float(self._assemble(self._source).sum()))
+        return self.comm.allreduce(float(assemble(self._source).sum()))
 
     def resultant(self, forces: Floats) -> Floats:
         """Sum of nodal forces per direction."""

@@ -15,6 +15,7 @@ import numpy as np
 import ufl
 
 from growthx import balances
+from growthx.assembly import assemble
 from growthx.condensation import condensed_tangent
 from growthx.discretisation import Discretisation
 from growthx.fields import law_as_arrays
@@ -76,12 +77,12 @@ class PointBased(Discretisation):
     def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
         test = ufl.TestFunction(self.density_space)
-        share = self._assemble(self.compile.form(coefficient * test * self.growing_volume))
+        share = assemble(self.compile.form(coefficient * test * self.growing_volume))
         return share[self.density_dofs] / self.volumes[self.density_dofs]
 
     def _elastic_energies(self) -> Floats:
         """Mean Ψ₀ⁿᵉᵒ over the part of a cell that belongs to each density, shape (growing densities,)."""
-        return self._assemble(self._energy)[self.density_dofs] / self.volumes[self.density_dofs]
+        return assemble(self._energy)[self.density_dofs] / self.volumes[self.density_dofs]
 
     def update(self) -> bool:
         """Solve the balance of mass for each density at the running displacement."""

@@ -59,7 +59,10 @@ def test_the_reactions_carry_the_daily_loads(variant):
 
     result, _ = run(variant)
     total = [
-        sum(weight * (case.joint_force[i] + case.abductor_force[i]) for case, weight in zip(LOAD_CASES, AVERAGE, strict=True))
+        sum(
+            weight * (case.joint_force[i] + case.abductor_force[i])
+            for case, weight in zip(LOAD_CASES, AVERAGE, strict=True)
+        )
         for i in (0, 1)
     ]
     assert result.steps[-1].reactions["distal"] == pytest.approx([-force / 30.0 for force in total], rel=1e-8)

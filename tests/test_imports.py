@@ -14,7 +14,9 @@ PACKAGE = Path(growthx.__file__).parent
 def imported(path, at_top_only=False):
     """Names of all modules a file imports at run time."""
     tree = ast.parse(path.read_text())
-    checking = [node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)]
+    checking = [
+        node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+    ]
     skipped = {id(inner) for node in checking for inner in ast.walk(node)}
     nodes = tree.body if at_top_only else ast.walk(tree)
     names = set()

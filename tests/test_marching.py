@@ -99,7 +99,9 @@ def test_a_run_that_fails_at_once_says_so():
     """No step was accepted: the time is zero and the state the initial one."""
     through = (gx.Support("left"), gx.Support("right", (-1.5, 0.0)))  # at once: a shorter step does not help
     scene = block(supports=through, loads=(), program=gx.Program(step=0.1, until=0.1))
-    with pytest.raises(gx.RunEndedEarly, match=r"^the run ended at t = 0 of 0.1: det F ≤ 0 in the cell at \(0.8") as ended:
+    with pytest.raises(
+        gx.RunEndedEarly, match=r"^the run ended at t = 0 of 0.1: det F ≤ 0 in the cell at \(0.8"
+    ) as ended:
         gx.solve(scene, gx.Q1)
     result = ended.value.result
     assert (result.steps, result.time) == ([], 0.0)

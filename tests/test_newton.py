@@ -39,7 +39,9 @@ def test_the_tolerance_is_met_by_the_forces_themselves(variant):
     report, problem = first_step(block(), variant, tolerance=1e-6)
     forces = gathered(problem.out_of_balance())
     assert report.converged
-    assert np.linalg.norm(forces) / problem.force_scale() == pytest.approx(report.residual_norms[-1], rel=1e-3, abs=1e-15)
+    assert np.linalg.norm(forces) / problem.force_scale() == pytest.approx(
+        report.residual_norms[-1], rel=1e-3, abs=1e-15
+    )
     assert report.residual_norms[-1] <= 1e-6 < report.residual_norms[-2]
     assert len(report.residual_norms) == report.iterations + 1
 

@@ -61,7 +61,8 @@ def test_a_density_per_cell_is_that_of_the_cells_middle():
     """Q1P0's deviation at mid-length is where it is read: half a cell off it is second order."""
     scene = scenes.bar(CONTINUOUS, 10)
     errors = [
-        numbers(CONTINUOUS, k, gx.Q1P0)[0] - (equilibrium(scene, CONTINUOUS, 0.5 + 0.5 / k).density - 1) for k in (40, 100)
+        numbers(CONTINUOUS, k, gx.Q1P0)[0] - (equilibrium(scene, CONTINUOUS, 0.5 + 0.5 / k).density - 1)
+        for k in (40, 100)
     ]
     assert abs(errors[0]) < 2e-5
     assert abs(errors[1]) < 6e-6

@@ -1,0 +1,82 @@
+"""Supports and dead loads of a scene on a function space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+
+from growthx import balances
+from growthx.assembly import Compiler, assemble
+from growthx.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from growthx.arrays import Floats, Indices
+    from growthx.mesh import Mesh
+    from growthx.scene import Load, Support
+
+
+@dataclass(frozen=True)
+class Held:
+    """One direction of a support: the unknowns in `condition` take `value` (length) at full load."""
+
+    boundary: str
+    direction: int
+    value: float
+    condition: dolfinx.fem.DirichletBC
+
+    @property
+    def dofs(self) -> Indices:
+        """Indices of the held unknowns, ghosts included."""
+        return np.asarray(self.condition.dof_indices()[0])
+
+
+def owned(condition: dolfinx.fem.DirichletBC) -> Indices:
+    """Indices of the constrained unknowns this rank owns."""
+    dofs, count = condition.dof_indices()
+    return np.asarray(dofs[:count])
+
+
+def hold(supports: Iterable[Support], mesh: Mesh, space: dolfinx.fem.FunctionSpace) -> list[Held]:
+    """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
+    held = []
+    for support in supports:
+        facets = mesh.boundary(support.on)
+        for i, value in support.components(mesh.dim):
+            dofs = dolfinx.fem.locate_dofs_topological(space.sub(i), mesh.dim - 1, facets)
+            condition = dolfinx.fem.dirichletbc(dolfinx.default_scalar_type(0), dofs, space.sub(i))
+            held.append(Held(support.on, i, value, condition))
+    return held
+
+
+def nodal_forces(
+    load: Load,
+    mesh: Mesh,
+    space: dolfinx.fem.FunctionSpace,
+    test: Any,
+    resultant: Callable[[Floats], Floats],
+    compiler: Compiler,
+) -> Floats:
+    """The load's share of each owned unknown (force; per thickness in two dimensions).
+
+    space: of the displacement, in which the traction is interpolated.  test: test function of the displacement, in this
+    or in a mixed space.  resultant: sums nodal forces on all ranks, one sum per direction.
+    Raises InputError for a load that is not finite, or for a force without weight on its boundary.
+    """
+    traction = dolfinx.fem.Function(space)
+    traction.interpolate(load.traction)
+    surface = mesh.boundary_measure(load.on, 2 * space.element.basix_element.degree)
+    forces = assemble(compiler.form(balances.external_work(traction, test, surface)))
+    if mesh.domain.comm.allreduce(int(not np.all(np.isfinite(forces)))):
+        raise InputError(f"the load on '{load.on}' is not a number everywhere: finite tractions would be right")
+    if load.resultant is None or not any(load.resultant):
+        return forces
+    wanted = np.array(load.resultant)
+    reached = float(resultant(forces) @ wanted / (wanted @ wanted))
+    if not reached > 0:
+        raise InputError(f"the force {load.resultant} on '{load.on}' has no weight there: a positive one is needed")
+    return np.asarray(forces / reached)
