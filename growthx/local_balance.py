@@ -74,10 +74,12 @@ def _newton_step(
     residual = rho - old - time_step * growth.mass_source(rho, energy, material)
     slope = slope_at(rho)
     step = residual / slope
-    # Where r falls, towards where it rises; elsewhere Newton, but not below half the density: r may fall down there.
+    # Newton, but not below half the density: r may fall down there.  Where it falls, towards where it rises.
+    following = np.maximum(rho - step, rho / 2)
     falling = slope <= 0
-    uphill = np.where(slope_at(rho / 2) > slope, rho / 2, 2 * rho)
-    following = np.where(falling, uphill, np.maximum(rho - step, rho / 2))
+    if falling.any():
+        uphill = np.where(slope_at(rho / 2) > slope, rho / 2, 2 * rho)
+        following = np.where(falling, uphill, following)
     found = ~falling & ((np.abs(step) <= CLOSE * rho) | (np.abs(residual) <= ROUND_OFF * old))
     lost = ~np.isfinite(residual) | (following < ROUND_OFF * old)
     return np.where(lost, np.nan, following), found | lost

@@ -9,27 +9,19 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import basix
-import basix.ufl
-import dolfinx
 import numpy as np
-import ufl
-from dolfinx.io.utils import distribute_entity_data
 from mpi4py import MPI
 
 from growthx.errors import InputError
 from growthx.mesh import Mesh
+from growthx.mesh_parts import Parts, check_corners, check_facets, distribute, split
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Integers = NDArray[np.int64]
+    from growthx.arrays import Floats, Indices
 
 # gmsh's first-order elements: name, and DOLFINx's node order (row by row where gmsh goes round).
 _SHAPES = {
@@ -39,33 +31,10 @@ _SHAPES = {
     4: ("tetrahedron", [0, 1, 2, 3]),
     5: ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6]),
 }
+_OFF_PLANE = 1e-9  # height over the mesh's extent, below which a surface counts as plane
 # gmsh is silent and reads a script to its end: if an error raised (AbortOnError = 2, its default in Python), its parser
 # would keep the rest of the script and prepend it to the next file.
 _OPTIONS = {"General.Terminal": 0, "General.AbortOnError": 1}
-_FLAT = 1e-9  # sine of a corner, below which it counts as flat
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """A whole mesh in arrays, before its distribution over the ranks.
-
-    shape: name of the cells' shape
-    points: coordinates of the nodes, (nodes, dim), in the file's unit of length
-    cells: nodes of the cells in DOLFINx's order, (cells, corners)
-    boundaries: nodes of the facets of each named boundary, (facets, corners of a facet)
-    regions: rows in `cells` of each named region, (cells of the region,)
-    """
-
-    shape: str
-    points: Floats
-    cells: Integers
-    boundaries: Mapping[str, Integers]
-    regions: Mapping[str, Integers]
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-        return self.points.shape[1]
 
 
 def load_gmsh() -> None:
@@ -98,12 +67,12 @@ def read(path: str | Path, *, refine: int = 1, comm: MPI.Comm = MPI.COMM_WORLD, 
 
     InputError, on all ranks, if the file or a parameter is not usable.
     """
-    parts: _Parts | None = None
+    parts: Parts | None = None
     problem: Exception | None = None
     if comm.rank == 0:
         try:
             _check_refine(refine)
-            parts = _split(_read_parts(Path(path), parameters), refine, path)
+            parts = split(_read_parts(Path(path), parameters), refine, path)
         except InputError as error:
             problem = error
         except Exception as error:  # not foreseen, but the other ranks must not wait for ever
@@ -112,13 +81,13 @@ def read(path: str | Path, *, refine: int = 1, comm: MPI.Comm = MPI.COMM_WORLD, 
     problem = comm.bcast(problem)
     if problem is not None:
         raise problem
-    return _distribute(parts, comm)
+    return distribute(parts, comm)
 
 
 # --- gmsh, on rank 0 --------------------------------------------------------------------------------------------------
 
 
-def _read_parts(path: Path, parameters: Mapping[str, float]) -> _Parts:
+def _read_parts(path: Path, parameters: Mapping[str, float]) -> Parts:
     _check_file(path, parameters)
     with _gmsh_session(path) as gmsh:
         _open(gmsh, path)
@@ -239,7 +208,7 @@ def _check_value(parameter: Mapping[str, Any], path: Path, name: str, value: flo
         raise InputError(f"the parameter '{name}' of {path} is {number:g}: one of {allowed} would be right")
 
 
-def _extract(gmsh: Any, path: Path, dim: int) -> _Parts:
+def _extract(gmsh: Any, path: Path, dim: int) -> Parts:
     """The checked arrays of gmsh's current mesh, its nodes numbered from 0 without gaps."""
     regions = _named_entities(gmsh, path, dim)
     boundaries = _named_entities(gmsh, path, dim - 1)
@@ -249,12 +218,12 @@ def _extract(gmsh: Any, path: Path, dim: int) -> _Parts:
     _, facets, facet_entities = _elements(gmsh, path, dim - 1, boundaries)
     named_facets = {name: facets[np.isin(facet_entities, entities)] for name, entities in boundaries.items()}
     for name, nodes in named_facets.items():
-        _check_facets(path, name, nodes, shape, cells)
+        check_facets(path, name, nodes, shape, cells)
     used, numbers = np.unique(cells, return_inverse=True)
     cells = numbers.reshape(cells.shape)
     points = _coordinates(gmsh, path, dim, used)
-    _check_corners(path, shape, points[cells], cell_entities)
-    return _Parts(
+    check_corners(path, shape, points[cells], cell_entities)
+    return Parts(
         shape,
         points,
         cells,
@@ -277,7 +246,7 @@ def _named_entities(gmsh: Any, path: Path, dim: int) -> dict[str, list[int]]:
     return named
 
 
-def _elements(gmsh: Any, path: Path, dim: int, named: Mapping[str, list[int]]) -> tuple[str, Integers, Integers]:
+def _elements(gmsh: Any, path: Path, dim: int, named: Mapping[str, list[int]]) -> tuple[str, Indices, Indices]:
     """Shape, nodes (elements, corners) in DOLFINx's order and entity (elements,) of the elements in named groups."""
     counts: dict[int, int] = {}
     nodes, entities = [], []
@@ -298,156 +267,15 @@ def _elements(gmsh: Any, path: Path, dim: int, named: Mapping[str, list[int]]) -
     return shape, np.concatenate(nodes)[:, order], np.concatenate(entities)
 
 
-def _coordinates(gmsh: Any, path: Path, dim: int, nodes: Integers) -> Floats:
+def _coordinates(gmsh: Any, path: Path, dim: int, nodes: Indices) -> Floats:
     """Coordinates (nodes, dim) of the nodes with these gmsh tags."""
     tags, flat, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
     points: Floats = flat.reshape(-1, 3)[order[np.searchsorted(tags, nodes, sorter=order)]]
-    if dim == 2 and np.abs(points[:, 2]).max() > _FLAT * np.ptp(points, axis=0).max():
+    if dim == 2 and np.abs(points[:, 2]).max() > _OFF_PLANE * np.ptp(points, axis=0).max():
         raise InputError(f"the surfaces of {path} leave the plane z = 0: a plane mesh or named volumes would be right")
     return points[:, :dim]
 
 
 def _quoted(names: Iterable[str]) -> str:
     return ", ".join(f"'{name}'" for name in sorted(names))
-
-
-# --- checks and uniform splitting, on arrays --------------------------------------------------------------------------
-
-
-def _check_facets(path: Path, name: str, facets: Integers, shape: str, cells: Integers) -> None:
-    """Refuse a boundary without facets or with facets that are on no cell: they would be lost without a word."""
-    if not len(facets):
-        raise InputError(f"the physical group '{name}' of {path} has no elements: a meshed group would be right")
-    dim = len(basix.topology(basix.CellType[shape])) - 1
-    sides = cells[:, basix.topology(basix.CellType[shape])[dim - 1]].reshape(-1, facets.shape[1])
-    near = np.unique(np.sort(sides[np.isin(sides, facets).all(axis=1)]), axis=0)
-    if len(np.unique(np.concatenate([near, np.sort(facets)]), axis=0)) > len(near):
-        raise InputError(
-            f"the physical group '{name}' of {path} is not made of sides of cells: "
-            "curves (of surfaces) or surfaces (of volumes) that bound a cell group would be right"
-        )
-
-
-def _check_corners(path: Path, shape: str, corners: Floats, entities: Integers) -> None:
-    """Refuse cells with a flat or re-entrant corner and cells turned over; corners: (cells, corners, dim)."""
-    sines = _corner_sines(shape, corners)
-    # A surface drawn clockwise is no error: what counts is that all cells of one entity turn the same way.
-    turns = np.sign(np.bincount(entities, weights=np.sign(sines).sum(axis=1)))[entities]
-    bad = np.flatnonzero((sines * turns[:, None]).min(axis=1) <= _FLAT)
-    if len(bad):
-        centre = ", ".join(f"{x:.6g}" for x in corners[bad[0]].mean(axis=0))
-        raise InputError(
-            f"{len(bad)} of the {len(corners)} cells of {path} are inverted or have a corner of 180 degrees or more, "
-            f"the first at ({centre}): convex cells would be right"
-        )
-
-
-def _corner_sines(shape: str, corners: Floats) -> Floats:
-    """Determinant of the unit edge vectors at each corner, (cells, corners), of one sign in a convex cell."""
-    count, dim = corners.shape[1:]
-    tensor = shape in ("quadrilateral", "hexahedron")
-    sines = []
-    for corner in range(count if tensor else 1):
-        # In DOLFINx's order the bits of a corner's number are its reference coordinates.
-        ends = [corner ^ (1 << axis) for axis in range(dim)] if tensor else list(range(1, dim + 1))
-        edges = corners[:, ends] - corners[:, [corner]]
-        lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-        unit = np.divide(edges, lengths, out=np.zeros_like(edges), where=lengths > 0.0)
-        sines.append((-1) ** corner.bit_count() * np.linalg.det(unit))
-    return np.stack(sines, axis=1)
-
-
-def _split(parts: _Parts, refine: int, path: str | Path) -> _Parts:
-    """Split every cell into refine x refine and the boundaries with them; old nodes keep their coordinates exactly."""
-    if refine == 1:
-        return parts
-    if parts.dim != 2:
-        raise InputError(f"refine = {refine} works on two-dimensional meshes only, and {path} has {parts.shape}s")
-    weights, pieces = _lattice(parts.shape, refine)
-    side_weights, side_pieces = _lattice("interval", refine)
-    keys = [_mean_keys(parts.cells, weights)]
-    keys += [_mean_keys(lines, side_weights) for lines in parts.boundaries.values()]
-    # Two lattice points are one node if they are the same weighted mean of the same old nodes.
-    means, numbers = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
-    old, share = means[:, :4], means[:, 4:] / refine**2
-    points = np.einsum("nc,ncd->nd", share, parts.points[old])
-    blocks = np.split(numbers.reshape(-1), np.cumsum([len(key) for key in keys])[:-1])
-    cells = blocks[0].reshape(len(parts.cells), -1)[:, pieces].reshape(-1, parts.cells.shape[1])
-    boundaries = {
-        name: block.reshape(-1, refine + 1)[:, side_pieces].reshape(-1, 2)
-        for name, block in zip(parts.boundaries, blocks[1:], strict=True)
-    }
-    children = np.arange(refine**2)
-    regions = {name: np.add.outer(rows * refine**2, children).reshape(-1) for name, rows in parts.regions.items()}
-    return _Parts(parts.shape, points, cells, boundaries, regions)
-
-
-def _lattice(shape: str, refine: int) -> tuple[Integers, Integers]:
-    """Lattice points as weighted means of a shape's corners, and the pieces they bound.
-
-    Weights: (points, 4), in units of 1/refine^2, zero beyond the shape's corners; pieces: (pieces, corners).
-    """
-    k = refine
-    j, i = (grid.reshape(-1) for grid in np.mgrid[: k + 1, : k + 1])
-    if shape == "quadrilateral":
-        weights = np.stack([(k - i) * (k - j), i * (k - j), (k - i) * j, i * j], axis=1)
-        start = np.flatnonzero((i < k) & (j < k))
-        return weights, np.add.outer(start, [0, 1, k + 1, k + 2])
-    if shape == "triangle":
-        inside = i + j <= k
-        number = np.cumsum(inside) - 1
-        weights = k * np.stack([k - i - j, i, j, 0 * i], axis=1)[inside]
-        upright = np.add.outer(np.flatnonzero(i + j < k), [0, 1, k + 1])
-        turned = np.add.outer(np.flatnonzero(i + j < k - 1), [1, k + 2, k + 1])
-        return weights, number[np.concatenate([upright, turned])]
-    i = np.arange(k + 1)
-    return k * np.stack([k - i, i, 0 * i, 0 * i], axis=1), np.add.outer(i[:-1], [0, 1])
-
-
-def _mean_keys(nodes: Integers, weights: Integers) -> Integers:
-    """Every lattice point of every element as a row: its old nodes, rising, then their weights; 0 fills up to four."""
-    padded = np.pad(nodes, ((0, 0), (0, 4 - nodes.shape[1])))[:, None, :]
-    used = np.where(weights > 0, padded, 0)
-    order = np.argsort(np.where(weights > 0, padded, -1), axis=2)
-    shares = np.broadcast_to(weights, used.shape)
-    keys: Integers = np.concatenate([np.take_along_axis(part, order, axis=2) for part in (used, shares)], axis=2)
-    return keys.reshape(-1, 8)
-
-
-# --- distribution, on all ranks ---------------------------------------------------------------------------------------
-
-
-def _distribute(whole: _Parts | None, comm: MPI.Comm) -> Mesh:
-    """The mesh of rank 0's parts, spread over the ranks by DOLFINx; the other ranks give None."""
-    without_rows = comm.bcast(_without_rows(whole) if whole else None)
-    parts = whole or without_rows
-    element = basix.ufl.element("Lagrange", parts.shape, 1, shape=(parts.dim,))
-    # By keyword: DOLFINx 0.10 swapped the order of x and e.
-    domain = dolfinx.mesh.create_mesh(comm, cells=parts.cells, x=parts.points, e=ufl.Mesh(element))
-    return Mesh(
-        domain,
-        {name: _local_indices(domain, parts.dim - 1, facets) for name, facets in parts.boundaries.items()},
-        {name: _local_indices(domain, parts.dim, parts.cells[rows]) for name, rows in parts.regions.items()},
-    )
-
-
-def _without_rows(parts: _Parts) -> _Parts:
-    """The same names and widths, which DOLFINx asks of every rank, with no points, cells or facets."""
-    return _Parts(
-        parts.shape,
-        parts.points[:0],
-        parts.cells[:0],
-        {name: facets[:0] for name, facets in parts.boundaries.items()},
-        {name: rows[:0] for name, rows in parts.regions.items()},
-    )
-
-
-def _local_indices(domain: dolfinx.mesh.Mesh, dim: int, nodes: Integers) -> NDArray[np.int32]:
-    """Sorted local indices of the entities that rank 0 gives by their input nodes, (entities, corners)."""
-    domain.topology.create_connectivity(dim, 0)
-    domain.topology.create_connectivity(dim, domain.topology.dim)
-    found, marks = distribute_entity_data(domain, dim, nodes, np.ones(len(nodes), dtype=np.int32))
-    tags = dolfinx.mesh.meshtags_from_entities(domain, dim, dolfinx.graph.adjacencylist(found), marks)
-    indices: NDArray[np.int32] = np.unique(tags.indices)
-    return indices
