@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import dolfinx
 import numpy as np
 
-from growthx import balances
+from growthx import balances, compat
 from growthx.assembly import Compiler, assemble
 from growthx.errors import InputError
 
@@ -22,17 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Held:
-    """One direction of a support: the unknowns in `condition` take `value` (length) at full load."""
+    """One direction of a support: moved by `value` (length) at full load, where the unknowns `dofs` are `values`."""
 
     boundary: str
     direction: int
     value: float
+    dofs: Indices  # ghosts included
+    values: Floats
     condition: dolfinx.fem.DirichletBC
-
-    @property
-    def dofs(self) -> Indices:
-        """Indices of the held unknowns, ghosts included."""
-        return np.asarray(self.condition.dof_indices()[0])
 
 
 def owned(condition: dolfinx.fem.DirichletBC) -> Indices:
@@ -47,9 +44,14 @@ def hold(supports: Iterable[Support], mesh: Mesh, space: dolfinx.fem.FunctionSpa
     for support in supports:
         facets = mesh.boundary(support.on)
         for i, value in support.components(mesh.dim):
-            dofs = dolfinx.fem.locate_dofs_topological(space.sub(i), mesh.dim - 1, facets)
-            condition = dolfinx.fem.dirichletbc(dolfinx.default_scalar_type(0), dofs, space.sub(i))
-            held.append(Held(support.on, i, value, condition))
+            part = space.sub(i)
+            alone, _ = compat.collapse(part)
+            # Interpolated, since the unknowns of a constant are not that constant where they are moments (serendipity).
+            constant = dolfinx.fem.Function(alone)
+            constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
+            dofs, dofs_alone = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, facets)
+            condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
+            held.append(Held(support.on, i, value, dofs, constant.x.array[dofs_alone], condition))
     return held
 
 

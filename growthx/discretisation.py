@@ -10,7 +10,7 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 
-from growthx import balances
+from growthx import balances, compat
 from growthx.assembly import Compiler, assemble
 from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import require
@@ -100,14 +100,23 @@ class Discretisation(ABC):
         elif callable(start) and not isinstance(start, dolfinx.fem.Function):
             self.density.interpolate(scalar(start))
         else:
-            # Each density takes the mean over the part of the body it stands for.
-            test = ufl.TestFunction(self.density_space)
-            share = assemble(self.compile.form(as_ufl(start, self.scene.mesh) * test * self.whole_volume))
-            volume = assemble(self.compile.form(test * self.whole_volume))
-            self.density.x.array[: len(share)] = share / volume
-            self.density.x.scatter_forward()
+            self._average_cells(as_ufl(start, self.scene.mesh))
         require(self.density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         self.old_density.x.array[:] = self.density.x.array
+
+    def _average_cells(self, start: dolfinx.fem.Function) -> None:
+        """Give each density what a function has there, the mean of the cells around where they differ."""
+        mesh, dofmap, cells = self.scene.mesh, self.density_space.dofmap, self.scene.mesh.owned_cells
+        points = compat.interpolation_points(self.density_space.element)
+        values = self.compile(dolfinx.fem.Expression, start, points).eval(mesh.domain, cells)
+        total, count = dolfinx.la.vector(dofmap.index_map, 1), dolfinx.la.vector(dofmap.index_map, 1)
+        for vector, parts in ((total, np.reshape(values, (len(cells), -1))), (count, 1.0)):
+            vector.array[:] = 0.0
+            np.add.at(vector.array, dofmap.list[: len(cells)], parts)
+            vector.scatter_reverse(dolfinx.la.InsertMode.add)
+        owned_count = dofmap.index_map.size_local
+        self.density.x.array[:owned_count] = total.array[:owned_count] / count.array[:owned_count]
+        self.density.x.scatter_forward()
 
     def _growing_work(self, u: Any, rho: Any, test: Any) -> ufl.Form:
         return balances.internal_work(u, rho, test, self.material, self.growing_volume)
@@ -127,9 +136,17 @@ class Discretisation(ABC):
     def _load(self, test: Any, space: dolfinx.fem.FunctionSpace) -> None:
         """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
+        self._translations = np.array([self._translation(i, len(self.nodal_load)) for i in range(self.scene.mesh.dim)])
         for load in self.scene.loads:
             mesh, V = self.scene.mesh, self.displacement_space
             self.nodal_load += nodal_forces(load, mesh, V, test, self.resultant, self.compile)
+
+    def _translation(self, direction: int, size: int) -> Floats:
+        """The owned unknowns that move the whole body by one along a direction (not 1 each where they are moments)."""
+        dim = self.scene.mesh.dim
+        moved = dolfinx.fem.Function(self.displacement_space)
+        moved.interpolate(lambda x: np.outer(np.arange(dim) == direction, np.ones(x.shape[1])))
+        return self._in_unknown(moved.x.array)[:size]
 
     # -- what the solver of a step uses --------------------------------------------------------------------------------
 
@@ -138,7 +155,7 @@ class Discretisation(ABC):
         self.time_step.value = time_step
         self.amplitude = amplitude
         for held in self.held:
-            self.unknown.x.array[held.dofs] = amplitude * held.value
+            self.unknown.x.array[held.dofs] = amplitude * held.values
 
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
@@ -246,8 +263,25 @@ class Discretisation(ABC):
         """∫ R₀ dV, mass per time (per thickness in two dimensions)."""
 
     @abstractmethod
+    def _in_unknown(self, displacement: Floats) -> Floats:
+        """A displacement, as `displacement.x.array`, in the place it has in `unknown.x.array`, and zeros elsewhere."""
+
     def resultant(self, forces: Floats) -> Floats:
         """Sum of nodal forces on all ranks, one per direction, shape (dim,)."""
+        return np.array(self.comm.allreduce(self._translations @ forces))
+
+    def displacement_at(self, X: Floats) -> Floats:
+        """Displacement (length) at points X of the reference cell, (points, dim), shape (owned cells, points, dim)."""
+        space, mesh = self.displacement_space, self.scene.mesh
+        basis = space.ufl_element().sub_elements[0].tabulate(0, X)[0]
+        of_cells = self.displacement.x.array.reshape(-1, mesh.dim)[space.dofmap.list[: len(mesh.owned_cells)]]
+        return np.asarray(np.einsum("pn,cni->cpi", basis, of_cells))
+
+    def density_at(self, X: Floats) -> Floats:
+        """Density, raw as the variant knows it, at points X of the reference cell, shape (owned cells, points)."""
+        space, cells = self.density_space, len(self.scene.mesh.owned_cells)
+        shares = self.variant.density.shares(space.ufl_element(), X)
+        return np.asarray(self.density.x.array[space.dofmap.list[:cells]] @ shares.T)
 
     def density_positions(self) -> Floats:
         """Where the densities are, in the order of `density.x.array`, shape (densities, 3)."""
@@ -275,7 +309,7 @@ class Discretisation(ABC):
         forces = self._forces()
         total: dict[str, Floats] = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
         for held in self.held:
-            dofs = owned(held.condition)
-            total[held.boundary][held.direction] += self.comm.allreduce(float(forces[dofs].sum()))
+            dofs, moved = owned(held.condition), self._translations[held.direction]
+            total[held.boundary][held.direction] += self.comm.allreduce(float(moved[dofs] @ forces[dofs]))
             forces[dofs] = 0.0  # what two supports share is borne by the first
         return total

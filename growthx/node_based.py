@@ -121,9 +121,7 @@ class NodeBased(Discretisation):
         """∫ R₀ dV: the nodal shares of the source, summed."""
         return self.comm.allreduce(float(assemble(self._source).sum()))
 
-    def resultant(self, forces: Floats) -> Floats:
-        """Sum of nodal forces per direction."""
-        dim = self.scene.mesh.dim
-        owned = self.displacement_space.dofmap.index_map.size_local * dim
-        nodal = forces[self._displacement_part[:owned]].reshape(-1, dim)
-        return np.array(self.comm.allreduce(nodal.sum(axis=0)))
+    def _in_unknown(self, displacement: Floats) -> Floats:
+        unknown = np.zeros_like(self.unknown.x.array)
+        unknown[self._displacement_part] = displacement
+        return unknown

@@ -61,12 +61,12 @@ def density(
         )
     X, pieces, middles = _pieces(mesh.cell_name, _ticks(problem))
     at_corners = isinstance(problem.variant.density, Nodal)
-    values = _values(problem, X if at_corners else middles)
+    values = problem.density_at(X if at_corners else middles)
     if relative:
         values = values / problem.scene.material.reference_density - 1
     reference = positions(mesh, X)
     deformed = reference.copy()
-    deformed[:, :, :2] += magnification * _displacements(problem, X)
+    deformed[:, :, :2] += magnification * problem.displacement_at(X)
     gathered = problem.comm.gather((reference, deformed, values))
     arrows = _arrows(problem) if loads else []
     failure: Exception | None = None
@@ -114,7 +114,7 @@ def _profile(problem: Discretisation) -> tuple[Floats, Floats]:
     """Positions along the lower edge and densities there, gathered on rank 0, in order."""
     s = np.linspace(1e-9, 1 - 1e-9, 41)
     X = np.stack([s, np.zeros_like(s)], axis=1)
-    parts = problem.comm.gather((positions(problem.scene.mesh, X)[:, :, 0], _values(problem, X)))
+    parts = problem.comm.gather((positions(problem.scene.mesh, X)[:, :, 0], problem.density_at(X)))
     if parts is None:
         return np.empty(0), np.empty(0)
     x, rho = (np.concatenate(part).ravel() for part in zip(*parts, strict=True))
@@ -139,23 +139,6 @@ def _pieces(cell_name: str, ticks: Floats) -> tuple[Floats, Indices, Floats]:
     first = (np.arange(k - 1)[:, np.newaxis] * k + np.arange(k - 1)).ravel()
     pieces = np.stack([first, first + k, first + k + 1, first + 1], axis=1)
     return X, pieces, X[pieces].mean(axis=1)
-
-
-def _values(problem: Discretisation, X: Floats) -> Floats:
-    """Density at points of the reference cell, shape (owned cells, points)."""
-    space = problem.density_space
-    cells = problem.scene.mesh.owned_cells
-    shares = problem.variant.density.shares(space.ufl_element(), X)
-    return np.asarray(problem.density.x.array[space.dofmap.list[: len(cells)]] @ shares.T)
-
-
-def _displacements(problem: Discretisation, X: Floats) -> Floats:
-    """Displacement at points of the reference cell, shape (owned cells, points, 2)."""
-    space = problem.displacement_space
-    cells = problem.scene.mesh.owned_cells
-    basis = space.ufl_element().sub_elements[0].tabulate(0, X)[0]
-    nodal = problem.displacement.x.array.reshape(-1, 2)[space.dofmap.list[: len(cells)]]
-    return np.asarray(np.einsum("pn,cni->cpi", basis, nodal))
 
 
 def _arrows(problem: Discretisation) -> list[Arrow]:

@@ -180,6 +180,8 @@ class Scene:
                 raise InputError(f"the load on '{load.on}' has {entries} entries: the mesh needs {self.mesh.dim}")
         if isinstance(self.growing, str):
             raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
+        if self.growing == ():
+            raise InputError(f"no region of the scene '{self.name}' grows: name one, or None for the whole body")
         for region in self.growing or ():
             self.mesh.region(region)
 

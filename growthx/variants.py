@@ -18,6 +18,17 @@ if TYPE_CHECKING:
     from growthx.arrays import Floats
 
 
+@dataclass(frozen=True)
+class Lagrange:
+    """A displacement of Lagrange elements, P or Q of the given degree."""
+
+    degree: int
+
+    def element(self, cell_name: str, dim: int) -> Any:
+        """Vector-valued element."""
+        return basix.ufl.element("Lagrange", cell_name, self.degree, shape=(dim,))
+
+
 class DensitySpace(Protocol):
     """Where the densities of a cell live."""
 
@@ -87,12 +98,12 @@ class AtPoints:
 class Variant:
     """A discretisation: displacement element, density space and, per direction, the points of the two balances.
 
-    displacement_degree: polynomial degree of the Lagrange displacement.
+    displacement, density: what the two fields are made of.
     points: Gauss points per direction, the same for both balances.
     """
 
     name: str
-    displacement_degree: int
+    displacement: Lagrange
     density: DensitySpace
     points: int
     summary: str
@@ -103,8 +114,8 @@ class Variant:
         return 2 * self.points - 1
 
     def displacement_element(self, cell_name: str, dim: int) -> Any:
-        """Vector-valued Lagrange element."""
-        return basix.ufl.element("Lagrange", cell_name, self.displacement_degree, shape=(dim,))
+        """Element of the displacement."""
+        return self.displacement.element(cell_name, dim)
 
     def density_element(self, cell_name: str) -> Any:
         """Element of the density."""
@@ -115,9 +126,9 @@ class Variant:
         return np.size(basix.make_quadrature(basix.CellType[cell_name], self.degree)[1])
 
 
-Q1Q1 = Variant("Q1Q1", 1, Nodal(1), 2, "node-based: continuous density, solved with the displacement")
-Q1P0 = Variant("Q1P0", 1, PerCell(), 2, "element-based: one density per cell, driven by the mean source of the cell")
-Q1 = Variant("Q1", 1, AtPoints(), 2, "integration-point based: a density at each of the 2 x 2 points")
+Q1Q1 = Variant("Q1Q1", Lagrange(1), Nodal(1), 2, "node-based: continuous density, solved with the displacement")
+Q1P0 = Variant("Q1P0", Lagrange(1), PerCell(), 2, "element-based: one density per cell, driven by its mean source")
+Q1 = Variant("Q1", Lagrange(1), AtPoints(), 2, "integration-point based: a density at each of the 2 x 2 points")
 
 CATALOGUE = {variant.name: variant for variant in (Q1Q1, Q1P0, Q1)}
 

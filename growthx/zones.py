@@ -25,12 +25,11 @@ def area_means(problem: Discretisation, polygons: Mapping[str, Floats]) -> dict[
     """
     from matplotlib.path import Path
 
-    mesh, space = problem.scene.mesh, problem.density_space
+    mesh = problem.scene.mesh
     X = _sample_points(mesh.cell_name)
     places = positions(mesh, X)[:, :, :2]
     areas = volume_ratios(mesh, X)
-    shares = problem.variant.density.shares(space.ufl_element(), X)
-    density = problem.density.x.array[space.dofmap.list[: len(mesh.owned_cells)]] @ shares.T
+    density = problem.density_at(X)
     means = {}
     for name, polygon in polygons.items():
         inside = Path(polygon).contains_points(places.reshape(-1, 2)).reshape(areas.shape)

@@ -61,10 +61,12 @@ def densities(problem):
 
 
 def displacements(problem):
-    """(x, y, u_x, u_y) of all nodes of all ranks, sorted by place."""
-    space = problem.displacement_space
+    """(x, y, u_x, u_y) of all corners of cells of all ranks, sorted by place."""
+    space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("Lagrange", 1, (2,)))
+    corners = dolfinx.fem.Function(space)
+    corners.interpolate(problem.displacement)
     owned = space.dofmap.index_map.size_local
-    u = problem.displacement.x.array[: 2 * owned].reshape(-1, 2)
+    u = corners.x.array[: 2 * owned].reshape(-1, 2)
     return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:owned, :2], u])))
 
 

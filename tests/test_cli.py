@@ -138,7 +138,7 @@ def test_results_go_to_a_new_folder_only(tmp_path):
 
 
 def test_a_run_that_ends_early_says_so(tmp_path):
-    """Ill-posed growth (m = 0, Remark 6.1) resorbs cells to nothing: status 3, a reason, the last good state on disk."""
+    """Ill-posed growth (m = 0, Remark 6.1) resorbs cells: status 3, a reason, the last good state on disk."""
     found = answer("femur", "--size", 6, "--m", 0, "--dt", 8, folder=tmp_path, status=3)
     assert found["converged"] is False
     assert 100 < found["time"] < 160

@@ -33,7 +33,7 @@ def test_the_run_is_the_papers_size_and_reaches_its_end(variant):
 
 @variants
 def test_the_structures_are_seen(variant):
-    """Dense cortices and calcar, then the strut, then the arcuate system, above Ward's triangle and the hollow canal."""
+    """Dense cortices and calcar, the strut, the arcuate system, then Ward's triangle and the hollow canal."""
     _, mean = run(variant)
     dense = min(mean[zone] for zone in ("med_cortex", "calcar", "lat_cortex"))
     assert dense > 1.25 * mean["strut"]

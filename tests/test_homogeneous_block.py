@@ -41,7 +41,7 @@ def recursion(n, m):
 @pytest.mark.parametrize("distortion", [0.0, 0.08], ids=["regular", "distorted"])
 @pytest.mark.parametrize(("n", "m"), [(2.0, 3.0), (1.5, 3.0)], ids=["quadratic", "general"])
 def test_every_variant_is_the_scalar_equation(variant, distortion, n, m):
-    """Constants, signs, plane strain, the load ramp and the order of the time step are all in these few numbers."""
+    """Constants, signs, plane strain, the ramp and the time integration are all in these few numbers."""
     scene = block(
         square(3, distortion),
         material=gx.Material(E, NU, REFERENCE, n),
@@ -63,7 +63,7 @@ def test_every_variant_is_the_scalar_equation(variant, distortion, n, m):
 
 
 def test_a_block_in_equilibrium_stays_there():
-    """Started at the density where R₀ = 0 under the full load, nothing moves: the source, not its drift, is balanced."""
+    """Started where R₀ = 0 under the full load, nothing moves: the source, not its drift, is balanced."""
     from growthx.homogeneous import uniaxial_equilibrium
 
     material, growth = gx.Material(E, NU, REFERENCE), gx.EnergyDrivenGrowth(ATTRACTOR, RATE)

@@ -5,8 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import growthx
 import pytest
+
+import growthx
 
 PACKAGE = Path(growthx.__file__).parent
 

@@ -1,6 +1,7 @@
 """The march through time: requested times, cut-back and regrowth, the end of a hopeless run, what a step tells."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from growthx.variants import CATALOGUE
 
 variants = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 
-# Pushed in by more than a cell within one step: the first iterate inverts the cells at the moved side, half of it does not.
+# Pushed in by more than a cell within one step: the first iterate inverts the cells at the moved side, half a push
+# does not.
 PUSHED = {
     "supports": (gx.Support("left"), gx.Support("right", (-0.45, 0.1))),
     "loads": (),
@@ -40,7 +42,7 @@ def test_a_failed_step_is_cut_and_grows_again(variant):
     assert min(step.time_step for step in steps) < 0.06
     assert steps[-1].time_step == pytest.approx(0.1, rel=1e-9)
     assert np.cumsum([step.time_step for step in steps]) == pytest.approx(times, rel=1e-12)
-    assert all(later.time_step <= 2.01 * step.time_step for step, later in zip(steps, steps[1:], strict=False))
+    assert all(later.time_step <= 2.01 * step.time_step for step, later in pairwise(steps))
 
 
 @variants

@@ -122,7 +122,7 @@ def test_a_residual_that_is_not_a_number_is_reported(variant):
 def test_ranks_agree_that_an_iterate_is_not_admissible(variant):
     """No positive density at one end of the body only: no rank may go on to assemble while another has given up."""
     law = gx.EnergyDrivenGrowth(attractor=lambda x: np.where(x[0] > 0.75, 100.0, 0.01), rate=5.0)
-    report, problem = first_step(block(square(4), growth=law), variant)
+    report, problem = first_step(block(square(4), growth=law, loads=()), variant)
     assert not report.converged
     assert problem.inadmissible().startswith("no positive density balances the mass at (")
     assert len(set(COMM.allgather(report.reason))) == 1

@@ -36,7 +36,7 @@ def test_values_drawn_are_those_of_the_variant(problem):
     ticks = plots._ticks(problem)
     X, _, middles = plots._pieces("quadrilateral", ticks)
     at = X if problem.variant.name == "Q1Q1" else middles
-    values = plots._values(problem, at)
+    values = problem.density_at(at)
     drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
     assert drawn == pytest.approx(problem.density_range(), rel=1e-14)
     pieces = {"Q1Q1": 1, "Q1P0": 1, "Q1": 4}[problem.variant.name]
@@ -51,7 +51,7 @@ def test_deformed_shape_reaches_the_tip(problem):
     X = np.array([[1.0, 1.0]])
     mesh = problem.scene.mesh
     ends = positions(mesh, X)[:, 0]
-    moved = ends[:, 1] + plots._displacements(problem, X)[:, 0, 1]
+    moved = ends[:, 1] + problem.displacement_at(X)[:, 0, 1]
     corner = np.isclose(ends[:, 0], 2.0) & np.isclose(ends[:, 1], 0.5)
     here = float(moved[corner][0]) if corner.any() else -np.inf
     assert COMM.allreduce(here, MPI.MAX) == pytest.approx(0.5 + tip_displacement(problem), rel=1e-12)

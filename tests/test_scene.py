@@ -139,6 +139,8 @@ def test_loads_take_finite_numbers_only(load, value):
             "the mesh has no boundary named 'rght'; it has 'bottom', 'left', 'right', 'top'",
         ),
         ({"growing": ("bne",)}, "the mesh has no region named 'bne'; it has 'bone', 'implant'"),
+        ({"growing": ()}, "no region of the scene 'block' grows: name one, or None for the whole body"),
+        ({"growing": "bone"}, "growing is 'bone': names in a tuple, ('bone',), would be right"),
         (
             {"supports": (Support("left", (0.0, 0.0, 0.0)),)},
             "the displacement (0.0, 0.0, 0.0) of the support 'left' has 3 entries: the mesh needs 2",

@@ -1,5 +1,6 @@
 """Area means over polygons: known exactly for simple densities, and to 0.5 % in the femur's thin cortices."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import dolfinx
@@ -8,6 +9,7 @@ import pytest
 from blocks import COMM, square
 
 from growthx import meshing, zones
+from growthx.discretisation import Discretisation
 from growthx.errors import InputError
 from growthx.mesh import Mesh
 from growthx.scenes.femur import outline
@@ -29,9 +31,11 @@ def grown(mesh, variant, density):
     space = dolfinx.fem.functionspace(mesh.domain, variant.density_element(mesh.cell_name))
     function = dolfinx.fem.Function(space)
     function.interpolate(density)
-    return SimpleNamespace(
+    problem = SimpleNamespace(
         scene=SimpleNamespace(mesh=mesh), variant=variant, density_space=space, density=function, comm=COMM
     )
+    problem.density_at = partial(Discretisation.density_at, problem)
+    return problem
 
 
 @pytest.fixture(scope="module", params=["quadrilaterals", "triangles"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import basix
 import numpy as np
 from mpi4py import MPI
 
@@ -13,6 +14,7 @@ from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
 from growthx.material import Material
+from growthx.sampling import positions
 from growthx.scene import Program, Scene, Support, Traction
 
 if TYPE_CHECKING:
@@ -92,11 +94,11 @@ def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
 def midpoint_density_change(discretisation: Discretisation) -> float:
     """[ρ − ρ*]/ρ* at mid-length: in the cell to the right of x = 0.5, in the outermost row, nearest to x = 0.5."""
     mesh, space = discretisation.scene.mesh, discretisation.density_space
-    positions = discretisation.density_positions()
+    places = discretisation.density_positions()
     found = []
     for cell in mesh.owned_cells[_right_of_middle(mesh)]:
         for dof in space.dofmap.list[cell]:
-            x, y, _ = positions[dof]
+            x, y, _ = places[dof]
             found.append((round(abs(x - 0.5), 9), round(y, 9), float(discretisation.density.x.array[dof])))
     density = min(entry for entries in mesh.domain.comm.allgather(found) for entry in entries)[2]
     return density / discretisation.scene.material.reference_density - 1
@@ -111,8 +113,9 @@ def _right_of_middle(mesh: Mesh) -> Marks:
 
 def end_displacement(discretisation: Discretisation) -> float:
     """Axial displacement (length) of a corner of the loaded end."""
-    space, u = discretisation.displacement_space, discretisation.displacement.x.array
-    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    at_end = np.flatnonzero(np.isclose(x[:, 0], 1.0))
-    found = [(round(x[i, 1], 9), float(u[i * space.dofmap.bs])) for i in at_end]
-    return min(entry for entries in discretisation.comm.allgather(found) for entry in entries)[1]
+    mesh = discretisation.scene.mesh
+    corners = np.asarray(basix.geometry(basix.CellType[mesh.cell_name]))
+    x, u = positions(mesh, corners).reshape(-1, 3), discretisation.displacement_at(corners).reshape(-1, 2)
+    at_end = np.isclose(x[:, 0], 1.0)
+    found = zip(x[at_end, 1].round(9).tolist(), u[at_end, 0].tolist(), strict=True)
+    return float(min(entry for entries in discretisation.comm.allgather(list(found)) for entry in entries)[1])

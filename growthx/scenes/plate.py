@@ -12,6 +12,7 @@ from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.material import Material
 from growthx.mesh import Mesh
+from growthx.sampling import positions
 from growthx.scene import Program, Scene, Support, Traction
 
 if TYPE_CHECKING:
@@ -44,9 +45,9 @@ def plate(
 
 def tip_displacement(discretisation: Discretisation) -> float:
     """u_y (length) at the middle of the loaded end, (2, 0.5)."""
-    space, u = discretisation.displacement_space, discretisation.displacement.x.array
-    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    at_end = np.flatnonzero(np.isclose(x[:, 0], 2.0))
-    local = np.stack([x[at_end, 1], u[at_end * space.dofmap.bs + 1]], axis=1)
-    y, u_y = np.array(sorted(row for rows in discretisation.comm.allgather(local.tolist()) for row in rows)).T
-    return float(np.interp(0.5, y, u_y))
+    mesh = discretisation.scene.mesh
+    edge = np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 1.0]])
+    x, u = positions(mesh, edge).reshape(-1, 3), discretisation.displacement_at(edge).reshape(-1, 2)
+    at_middle = np.isclose(x[:, 0], 2.0) & np.isclose(x[:, 1], 0.5)
+    found = [value for values in discretisation.comm.allgather(u[at_middle, 1].tolist()) for value in values]
+    return float(np.mean(found))

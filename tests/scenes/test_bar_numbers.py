@@ -38,7 +38,7 @@ def test_unknowns_are_the_papers(variant, elements):
 
 @pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1], ids=["Q1P0", "Q1"])
 def test_the_discontinuous_bar_reaches_its_equilibrium(variant):
-    """Local densities see the jump: at mid-length they take the semi-analytic value, far from the clamp to six digits."""
+    """Local densities see the jump: at mid-length they take the semi-analytic value to six digits."""
     exact = equilibrium(scenes.bar(DISCONTINUOUS, 100), DISCONTINUOUS, 0.5).density - 1
     density, displacement = numbers(DISCONTINUOUS, 100, variant)
     assert exact == pytest.approx(0.306171, abs=5e-7)
@@ -70,7 +70,7 @@ def test_a_density_per_cell_is_that_of_the_cells_middle():
 
 @variants
 def test_the_tapered_bars_end_displacement(variant):
-    """∫ (λ − 1) dx over free cross-sections; what is left is the clamp, which shrinks with the bar's width, not with h."""
+    """∫ (λ − 1) dx over free cross-sections; what is left is the clamp's part."""
     scene = scenes.bar(CONTINUOUS, 10)
     middles = (np.arange(100) + 0.5) / 100
     exact = np.mean([equilibrium(scene, CONTINUOUS, x).stretch - 1 for x in middles])
