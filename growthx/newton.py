@@ -73,6 +73,8 @@ class Newton:
             return NewtonReport(False, self._snes.getIterationNumber(), (), "the linear system is singular")
         norms = tuple(float(norm) / self._force_scale for norm in self._snes.getConvergenceHistory()[0])
         code = self._snes.getConvergedReason()
+        if code > 0:  # else the iterate stays where it failed, to be asked why
+            self._return_to(self._solution)
         return NewtonReport(code > 0, self._snes.getIterationNumber(), norms, _REASONS.get(code, f"SNES reason {code}"))
 
     def destroy(self) -> None:
@@ -83,18 +85,20 @@ class Newton:
     def _take(self, x: PETSc.Vec) -> None:
         self.problem.unknown.x.array[: x.local_size] = x.array_r
 
+    def _return_to(self, x: PETSc.Vec) -> None:
+        """Make x the running iterate again: the line search may have looked further than the iterate it took."""
+        here = np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size])
+        if not self.problem.comm.allreduce(here, MPI.LAND):
+            self._take(x)
+            self.problem.unknown.x.scatter_forward()
+            self.problem.update()
+
     def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
         self._take(x)
         f.array_w[:] = self.problem.out_of_balance()
 
     def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-        # The line search may have looked further than the iterate it took.
-        if self.problem.comm.allreduce(
-            not np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size]), MPI.LOR
-        ):
-            self._take(x)
-            self.problem.unknown.x.scatter_forward()
-            self.problem.update()
+        self._return_to(x)
         P.zeroEntries()
         for tangent in self.problem.tangents:
             petsc.assemble_matrix(P, tangent, self.problem.conditions)  # type: ignore[arg-type]

@@ -133,3 +133,20 @@ def test_a_body_free_to_move_is_a_singular_system():
     scene = replace(block(), supports=(gx.Support("left", (0.0, None)),))
     report, _ = first_step(scene, gx.Q1)
     assert not report.converged
+
+
+@variants
+def test_petsc_options_change_the_way_and_not_the_result(variant):
+    """A line search that looks beyond the iterate it takes must not leave its last look in the state."""
+    from petsc4py import PETSc
+
+    scene = block(square(3, 0.05))
+    _, plain = run(scene, variant)
+    options = PETSc.Options("growthx_")
+    options["snes_linesearch_type"] = "l2"
+    try:
+        _, searched = run(scene, variant)
+    finally:
+        options.delValue("snes_linesearch_type")
+    assert displacements(searched)[:, 2:] == pytest.approx(displacements(plain)[:, 2:], rel=1e-8, abs=1e-10)
+    assert densities(searched)[:, 2] == pytest.approx(densities(plain)[:, 2], rel=1e-8)
