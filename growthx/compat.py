@@ -32,13 +32,11 @@ def cell_form(
     constants: Sequence[dolfinx.fem.Constant],
 ) -> dolfinx.fem.Form:
     """A form over some cells with a kernel of our own, given by its address."""
-    form_type = dolfinx.fem.form_cpp_class(np.float64) if hasattr(dolfinx.fem, "form_cpp_class") else None
-    form_type = form_type or dolfinx.cpp.fem.Form_float64
     active = np.arange(len(coefficients), dtype=np.int8)
     integral_type = getattr(dolfinx.cpp.fem, "_IntegralType", None) or dolfinx.cpp.fem.IntegralType
     mesh = spaces[0].mesh
     return dolfinx.fem.Form(
-        form_type(
+        dolfinx.cpp.fem.Form_float64(
             [space._cpp_object for space in spaces],
             {integral_type.cell: [(0, kernel, cells, active)]},
             [coefficient._cpp_object for coefficient in coefficients],

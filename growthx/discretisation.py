@@ -137,8 +137,8 @@ class Discretisation(ABC):
         """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
         self._translations = np.array([self._translation(i, len(self.nodal_load)) for i in range(self.scene.mesh.dim)])
+        mesh, V = self.scene.mesh, self.displacement_space
         for load in self.scene.loads:
-            mesh, V = self.scene.mesh, self.displacement_space
             self.nodal_load += nodal_forces(load, mesh, V, test, self.resultant, self.compile)
 
     def _translation(self, direction: int, size: int) -> Floats:

@@ -91,14 +91,12 @@ def solve(
             if watch is not None:
                 watch(result)
             start = time.perf_counter()
+        result.converged = True
     except EndedEarly as ended:
-        result.solve_s += time.perf_counter() - start
         result.reason = str(ended)
-        if folder is not None:
-            write(folder, result)
-        raise RunEndedEarly(result) from None
     result.solve_s += time.perf_counter() - start
-    result.converged = True
     if folder is not None:
         write(folder, result)
+    if not result.converged:
+        raise RunEndedEarly(result)
     return result

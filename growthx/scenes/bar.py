@@ -9,7 +9,7 @@ import basix
 import numpy as np
 from mpi4py import MPI
 
-from growthx import compat, meshing
+from growthx import meshing
 from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
@@ -69,16 +69,14 @@ def bar(
     """
     if not isinstance(elements, int) or elements < 1:
         raise InputError(f"the number of elements is {elements!r}: a whole number from 1 would be right")
-    if problem.taper != 1.0 or elements % 10 == 0:
-        attractor = problem.attractor
-    else:
+    if problem.taper == 1.0 and elements % 10:
         raise InputError(f"the discontinuous bar has {elements} elements: a multiple of 10 would meet its ten levels")
     mesh = meshing.read(meshing.locate("bar.geo"), comm=comm, elements=elements, taper=problem.taper)
     return Scene(
         name=f"bar, {problem.name}",
         mesh=mesh,
         material=Material(young=1.0, poisson=0.2, reference_density=1.0, density_exponent=n),
-        growth=EnergyDrivenGrowth(attractor=lambda x: attractor(x[0]), rate=1.0, exponent=m),
+        growth=EnergyDrivenGrowth(attractor=lambda x: problem.attractor(x[0]), rate=1.0, exponent=m),
         supports=(Support("left"),),
         loads=(Traction("right", (TRACTION, 0.0)),),
         program=Program(step=step, until=until, ramp=1.0),
@@ -106,15 +104,20 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
 
 def _right_of_middle(mesh: Mesh) -> Marks:
     """The owned cells that hold the cross-section just right of mid-length."""
-    x = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[: len(mesh.owned_cells)], 0]
+    x = positions(mesh, _corners(mesh))[:, :, 0]
     middle = 0.5 + 1e-9
     return np.asarray((x.min(axis=1) < middle) & (middle < x.max(axis=1)))
+
+
+def _corners(mesh: Mesh) -> Floats:
+    """Corners of the reference cell, shape (corners, 2)."""
+    return np.asarray(basix.geometry(basix.CellType[mesh.cell_name]))
 
 
 def end_displacement(discretisation: Discretisation) -> float:
     """Axial displacement (length) of a corner of the loaded end."""
     mesh = discretisation.scene.mesh
-    corners = np.asarray(basix.geometry(basix.CellType[mesh.cell_name]))
+    corners = _corners(mesh)
     x, u = positions(mesh, corners).reshape(-1, 3), discretisation.displacement_at(corners).reshape(-1, 2)
     at_end = np.isclose(x[:, 0], 1.0)
     found = zip(x[at_end, 1].round(9).tolist(), u[at_end, 0].tolist(), strict=True)

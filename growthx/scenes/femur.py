@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
 from growthx import meshing
-from growthx.errors import InputError, require
+from growthx.errors import InputError, require_number
 from growthx.growth import EnergyDrivenGrowth
 from growthx.material import Material
 from growthx.mesh import Mesh
@@ -85,13 +85,13 @@ def femur(
     thickness: of the plane model (mm).  weights: of the load cases, `AVERAGE`, `SUPERPOSED` or your own.
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     """
-    require(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
+    require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
     if len(weights) != len(LOAD_CASES):
         raise InputError(f"the weights of the load cases are {weights}: {len(LOAD_CASES)} numbers would be right")
     for weight in weights:
-        require(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+        require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
     if mesh is None:
-        require(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
+        require_number(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
         mesh = meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size)
     elif not isinstance(mesh, Mesh):
         mesh = meshing.read(mesh, refine=refine, comm=comm)
