@@ -1,7 +1,7 @@
 """The weak balances of mass and momentum (18), one function per term; how they are solved is not known here.
 
     G_ρ = ∫ δρ [ρ − ρₙ]/Δt dV − ∫ δρ R₀ dV = 0
-    G_u = ∫ ∇δu : P̄ dV − ∮ δu · t dA = 0
+    G_u = ∫ ∇δu : P̄ dV − ∫ δu · b̄₀ dV − ∮ δu · t dA = 0
 
 u: displacement (length), ρ: reference density, δu and δρ: test functions.  Each function returns a UFL form.
 """
@@ -33,6 +33,6 @@ def internal_work(u: Any, rho: Any, test: Any, material: Material, dV: ufl.Measu
     return ufl.inner(material.stress(deformation_gradient(u), rho), ufl.grad(test)) * dV
 
 
-def external_work(traction: Any, test: Any, dA: ufl.Measure) -> ufl.Form:
-    """∮ δu · t dA with the dead traction t per reference area (12)."""
-    return ufl.inner(traction, test) * dA
+def external_work(load: Any, test: Any, measure: ufl.Measure) -> ufl.Form:
+    """∮ δu · t dA with the dead traction t per reference area (12), or ∫ δu · b̄₀ dV with the momentum source b̄₀ (8)."""
+    return ufl.inner(load, test) * measure

@@ -65,20 +65,20 @@ def nodal_forces(
 ) -> Floats:
     """The load's share of each owned unknown (force; per thickness in two dimensions).
 
-    space: of the displacement, in which the traction is interpolated.  test: test function of the displacement, in this
+    space: of the displacement, in which the load is interpolated.  test: test function of the displacement, in this
     or in a mixed space.  resultant: sums nodal forces on all ranks, one sum per direction.
     Raises InputError for a load that is not finite, or for a force without weight on its boundary.
     """
-    traction = dolfinx.fem.Function(space)
-    traction.interpolate(load.traction)
-    surface = mesh.boundary_measure(load.on, 2 * space.element.basix_element.degree)
-    forces = assemble(compiler.form(balances.external_work(traction, test, surface)))
+    intensity = dolfinx.fem.Function(space)
+    intensity.interpolate(load.intensity)
+    measure = load.measure(mesh, 2 * space.element.basix_element.degree)
+    forces = assemble(compiler.form(balances.external_work(intensity, test, measure)))
     if mesh.domain.comm.allreduce(int(not np.all(np.isfinite(forces)))):
-        raise InputError(f"the load on '{load.on}' is not a number everywhere: finite tractions would be right")
+        raise InputError(f"the load {load.place} is not a number everywhere: finite forces would be right")
     if load.resultant is None or not any(load.resultant):
         return forces
     wanted = np.array(load.resultant)
     reached = float(resultant(forces) @ wanted / (wanted @ wanted))
     if not reached > 0:
-        raise InputError(f"the force {load.resultant} on '{load.on}' has no weight there: a positive one is needed")
+        raise InputError(f"the force {load.resultant} {load.place} has no weight there: a positive one is needed")
     return np.asarray(forces / reached)

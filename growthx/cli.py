@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from growthx.run import Result
     from growthx.scene import Scene
 
+VARIANTS = (
+    "discretisation, displacement before density; of quadrilaterals: Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri; "
+    "of triangles: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
+)
+CELLS = "shape of the cells: quadrilateral or triangle"
 EPILOG = """\
 Exit status: 0 done, 2 bad input, 3 the run ended early (the last good state is then kept in a folder).
 In parallel: mpirun -n 2 growthx …; PETSc options under the prefix -growthx_ go into the variable PETSC_OPTIONS.
@@ -57,11 +62,12 @@ def _main(arguments: Sequence[str]) -> int:
     from growthx import meshing, report, results, variants
     from growthx.run import RunEndedEarly, solve
 
-    variant = variants.named(options.variant)
+    variant = None if options.variant is None else variants.named(options.variant)
     meshing.load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
     setup = time.perf_counter() - start
+    variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:
         with report.progress(scene) as watch:
@@ -116,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         scene.set_defaults(command=command)
-        _add(scene, "--variant", "Q1P0", str, "discretisation: Q1Q1, Q1P0 or Q1")
+        scene.add_argument("--variant", metavar="NAME", help=VARIANTS)
         command.arguments(scene)
         scene.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
         scene.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
@@ -138,6 +144,7 @@ def _add(parser: argparse.ArgumentParser, name: str, default: Any, kind: type, t
 def _bar_arguments(parser: argparse.ArgumentParser) -> None:
     _add(parser, "--problem", "discontinuous", str, "discontinuous (stepped stimulus) or continuous (tapered bar)")
     _add(parser, "--elements", 40, int, "number of elements along the bar; the paper takes 10, 40 and 100")
+    _add(parser, "--cells", "quadrilateral", str, CELLS)
     _add(parser, "--dt", 0.1, float, "time step")
     _add_exponents(parser)
 
@@ -147,7 +154,9 @@ def _bar(options: argparse.Namespace) -> Scene:
 
     if options.problem not in PROBLEMS:
         raise InputError(f"there is no bar problem '{options.problem}': one of {', '.join(PROBLEMS)} would be right")
-    return bar(PROBLEMS[options.problem], options.elements, n=options.n, m=options.m, step=options.dt)
+    return bar(
+        PROBLEMS[options.problem], options.elements, cells=options.cells, n=options.n, m=options.m, step=options.dt
+    )
 
 
 def _read_bar(result: Result) -> Mapping[str, Any]:
@@ -169,7 +178,8 @@ def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
 
 
 def _femur_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--size", type=float, metavar="MM", help="cell size of the built-in outline in mm (3.5)")
+    parser.add_argument("--cells", metavar="CELLS", help=f"{CELLS} (quadrilateral, or what --mesh has)")
+    parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of the paper's 658 cells)")
     parser.add_argument("--mesh", metavar="FILE", help="own .geo or .msh in mm with boundaries 'surface' and 'distal'")
     _add(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
     _add(
@@ -184,11 +194,14 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
 def _femur(options: argparse.Namespace) -> Scene:
     from growthx.scenes.femur import combination, femur
 
-    if options.mesh is not None and options.size is not None:
-        raise InputError(f"--size {options.size:g} is for the built-in outline: with --mesh, the file has its own size")
+    if options.mesh is not None:
+        for name in ("size", "cells"):
+            if (value := getattr(options, name)) is not None:
+                raise InputError(f"--{name} {value} is for the built-in outline: with --mesh, the file has its own")
     return femur(
         options.mesh,
-        size=3.5 if options.size is None else options.size,
+        cells=options.cells or "quadrilateral",
+        size=options.size,
         refine=options.refine,
         thickness=options.thickness,
         weights=combination(options.loads),
@@ -219,12 +232,13 @@ def _show_femur(result: Result, readings: Mapping[str, Any]) -> None:
 
 def _plate_arguments(parser: argparse.ArgumentParser) -> None:
     _add(parser, "--n", 64, int, "number of cells over the height; 2N x N in all")
+    _add(parser, "--cells", "quadrilateral", str, CELLS)
 
 
 def _plate(options: argparse.Namespace) -> Scene:
     from growthx.scenes.plate import plate
 
-    return plate(options.n)
+    return plate(options.n, shape=options.cells)
 
 
 def _read_plate(result: Result) -> Mapping[str, Any]:

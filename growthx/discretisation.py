@@ -40,6 +40,7 @@ class Discretisation(ABC):
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         mesh, domain = scene.mesh, scene.mesh.domain
+        variant.check(mesh.cell_name)
         self.scene = scene
         self.variant = variant
         self.comm: MPI.Comm = domain.comm
@@ -70,7 +71,7 @@ class Discretisation(ABC):
     def _split_cells(self) -> None:
         """The cells that grow, the measure of their volume and of that of the rest (None if everything grows)."""
         mesh, growing = self.scene.mesh, self.scene.growing
-        metadata = {"quadrature_degree": self.variant.degree}
+        metadata = {"quadrature_degree": self.variant.momentum_degree}
         self.whole_volume = ufl.Measure("dx", domain=mesh.domain, metadata=metadata)
         self.growing_cells, self.growing_volume, self.resting_volume = mesh.owned_cells, self.whole_volume, None
         if growing is None:

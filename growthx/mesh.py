@@ -82,15 +82,16 @@ class Mesh:
 
     def boundary_measure(self, name: str, degree: int) -> ufl.Measure:
         """Surface measure of one named boundary, integrating polynomials of `degree` exactly."""
-        facets = self.boundary(name)
-        tags = dolfinx.mesh.meshtags(self.domain, self.dim - 1, facets, np.ones_like(facets))
-        return ufl.Measure(
-            "ds",
-            domain=self.domain,
-            subdomain_data=tags,
-            subdomain_id=1,
-            metadata={"quadrature_degree": degree},
-        )
+        return self._measure("ds", self.dim - 1, self.boundary(name), degree)
+
+    def volume_measure(self, region: str | None, degree: int) -> ufl.Measure:
+        """Volume measure of a named region, or of the whole mesh, integrating polynomials of `degree` exactly."""
+        return self._measure("dx", self.dim, self.local_cells if region is None else self.region(region), degree)
+
+    def _measure(self, kind: str, dim: int, entities: Indices, degree: int) -> ufl.Measure:
+        tags = dolfinx.mesh.meshtags(self.domain, dim, entities, np.ones_like(entities))
+        metadata = {"quadrature_degree": degree}
+        return ufl.Measure(kind, domain=self.domain, subdomain_data=tags, subdomain_id=1, metadata=metadata)
 
 
 def _named(parts: Mapping[str, Indices], name: str, kind: str, comm: Any) -> Indices:

@@ -31,6 +31,7 @@ _SHAPES = {
     4: ("tetrahedron", [0, 1, 2, 3]),
     5: ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6]),
 }
+PLANE_CELLS = ("quadrilateral", "triangle")
 _OFF_PLANE = 1e-9  # height over the mesh's extent, below which a surface counts as plane
 # gmsh is silent and reads a script to its end: if an error raised (AbortOnError = 2, its default in Python), its parser
 # would keep the rest of the script and prepend it to the next file.
@@ -52,6 +53,13 @@ def locate(name: str) -> Path:
             return folder / name
     known = ", ".join(sorted(file.name for folder in folders for file in folder.iterdir() if file.is_file()))
     raise InputError(f"growthx has no mesh file '{name}'; it has {known or 'none at all'}")
+
+
+def triangles(cells: str) -> bool:
+    """The parameter `triangles` of growthx's own scripts for cells of that shape; InputError if they have none such."""
+    if cells not in PLANE_CELLS:
+        raise InputError(f"there are no cells '{cells}' in the plane: {' or '.join(PLANE_CELLS)} would be right")
+    return cells == "triangle"
 
 
 def read(path: str | Path, *, refine: int = 1, comm: MPI.Comm = MPI.COMM_WORLD, **parameters: float) -> Mesh:

@@ -154,7 +154,7 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
             continue
         facets = mesh.boundary(load.on)
         middles = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim - 1, facets)
-        size = np.linalg.norm(load.traction(middles.T), axis=0) if len(facets) else np.zeros(0)
+        size = np.linalg.norm(load.intensity(middles.T), axis=0) if len(facets) else np.zeros(0)
         total = problem.comm.allreduce(np.append(size @ middles, size.sum()))
         arrows.append((load, total[:2] / total[3]))
     return arrows

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 class PointBased(Discretisation):
     """One density per cell or per integration point, statically condensed; the unknown is the displacement."""
 
-    symmetric = True
-
     def __init__(self, scene: Scene, variant: Variant) -> None:
         super().__init__(scene, variant)
+        # ∂R₀/∂F ∝ P̄ makes it so, where both balances are taken at the same points.
+        self.symmetric = variant.one_rule
         V, u = self.displacement_space, self.displacement
         test = ufl.TestFunction(V)
         self.unknown = u
@@ -48,8 +48,9 @@ class PointBased(Discretisation):
             self.coupling = self.compile.form(ufl.inner(ufl.TrialFunction(V), test) * self.whole_volume)
         self._hold(V)
         self._load(test, V)
+        self._shares = self.volumes if variant.one_rule else self._share(1.0)
         energy = self.material.energy(deformation_gradient(u))
-        self._energy = self.compile.form(energy * ufl.TestFunction(self.density_space) * self.growing_volume)
+        self._energy = self._share_form(energy)
         self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
         self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
 
@@ -65,24 +66,36 @@ class PointBased(Discretisation):
         space = ufl.FunctionSpace(V.mesh.ufl_domain(), both)
         (test_u, test_rho), (trial_u, trial_rho) = ufl.TestFunctions(space), ufl.TrialFunctions(space)
         dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
-        residual = (
-            balances.internal_work(u, rho, test_u, self.material, dV)
-            + balances.storage(rho, self.old_density, test_rho, self.time_step, dV)
-            - balances.source(rho, u, test_rho, self.growth, self.material, dV)
+        dM = self._with_mass_points(dV)
+        momentum = balances.internal_work(u, rho, test_u, self.material, dV)
+        mass = balances.storage(rho, self.old_density, test_rho, self.time_step, dM) - balances.source(
+            rho, u, test_rho, self.growth, self.material, dM
         )
-        tangent = ufl.derivative(residual, u, trial_u) + ufl.derivative(residual, rho, trial_rho)
+        # Two rules in one form, one of them of a single point, would assemble wrongly and silently.
+        residuals = [momentum + mass] if self.variant.one_rule else [momentum, mass]
+        tangents = [ufl.derivative(each, u, trial_u) + ufl.derivative(each, rho, trial_rho) for each in residuals]
         densities = self.density_space.dofmap.dof_layout.num_dofs
-        return self.compile(condensed_tangent, tangent, V, densities, self.growing_cells)
+        return self.compile(condensed_tangent, tangents, V, densities, self.growing_cells)
+
+    def _with_mass_points(self, volume: ufl.Measure) -> ufl.Measure:
+        """The measure with the integration points of the balance of mass."""
+        return volume.reconstruct(metadata={"quadrature_degree": self.variant.mass_degree})
+
+    def _share_form(self, density: Any) -> dolfinx.fem.Form:
+        """∫ · dV of a quantity per volume over the part of a cell that belongs to each density."""
+        test = ufl.TestFunction(self.density_space)
+        return self.compile.form(density * test * self._with_mass_points(self.growing_volume))
+
+    def _share(self, density: Any) -> Floats:
+        return assemble(self._share_form(density))
 
     def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
-        test = ufl.TestFunction(self.density_space)
-        share = assemble(self.compile.form(coefficient * test * self.growing_volume))
-        return share[self.density_dofs] / self.volumes[self.density_dofs]
+        return self._share(coefficient)[self.density_dofs] / self._shares[self.density_dofs]
 
     def _elastic_energies(self) -> Floats:
         """Mean Ψ₀ⁿᵉᵒ over the part of a cell that belongs to each density, shape (growing densities,)."""
-        return assemble(self._energy)[self.density_dofs] / self.volumes[self.density_dofs]
+        return assemble(self._energy)[self.density_dofs] / self._shares[self.density_dofs]
 
     def update(self) -> bool:
         """Solve the balance of mass for each density at the running displacement."""

@@ -14,6 +14,8 @@ from growthx.errors import InputError, require, require_number
 from growthx.fields import Field
 
 if TYPE_CHECKING:
+    from ufl import Measure
+
     from growthx.growth import EnergyDrivenGrowth
     from growthx.material import Material
     from growthx.mesh import Mesh
@@ -46,20 +48,24 @@ class Support:
 
 
 class Load(Protocol):
-    """A dead load on a named boundary."""
+    """A dead load on a named boundary or in the body."""
 
     @property
-    def on(self) -> str:
-        """Name of the boundary."""
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
         ...
 
-    def traction(self, x: Floats) -> Floats:
-        """Traction at the points x, shape (3, points), up to a factor if there is a resultant; shape (dim, points)."""
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """What it is integrated over, exactly for polynomials of `degree`; InputError if the mesh has no such part."""
+        ...
+
+    def intensity(self, x: Floats) -> Floats:
+        """Force per area, or volume, at the points x, (3, points), up to a factor if there is a resultant; (dim, points)."""
         ...
 
     @property
     def resultant(self) -> tuple[float, ...] | None:
-        """The resulting force the traction must be scaled to, or None where the traction is meant as it is."""
+        """The resulting force the load must be scaled to, or None where it is meant as it is."""
         ...
 
 
@@ -69,8 +75,30 @@ def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
 
 
+def _at(value: tuple[float, ...] | Position, x: Floats) -> Floats:
+    """A vector, or a function of position, at the points x, shape (dim, points)."""
+    if callable(value):
+        return value(x)
+    return np.tile(np.array(value, dtype=float)[:, np.newaxis], x.shape[1])
+
+
+class _OnBoundary:
+    """A load on a named boundary."""
+
+    on: str
+
+    @property
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
+        return f"on '{self.on}'"
+
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """The boundary's area."""
+        return mesh.boundary_measure(self.on, degree)
+
+
 @dataclass(frozen=True)
-class Traction:
+class Traction(_OnBoundary):
     """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points)."""
 
     on: str
@@ -79,17 +107,44 @@ class Traction:
 
     def __post_init__(self) -> None:
         if not callable(self.value):
-            _vector(self.value, f"a component of the traction on '{self.on}'")
+            _vector(self.value, f"a component of the traction {self.place}")
 
-    def traction(self, x: Floats) -> Floats:
+    def intensity(self, x: Floats) -> Floats:
         """Traction at the points x."""
-        if callable(self.value):
-            return self.value(x)
-        return np.tile(np.array(self.value, dtype=float)[:, np.newaxis], x.shape[1])
+        return _at(self.value, x)
 
 
 @dataclass(frozen=True)
-class DistributedForce:
+class BodyForce:
+    """Dead momentum source b̄₀ per reference volume (8): a vector, or a function of position as in `Traction`.
+
+    region: name of the region it acts in; None: everywhere.
+    """
+
+    value: tuple[float, ...] | Position
+    region: str | None = None
+    resultant: ClassVar[None] = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.value):
+            _vector(self.value, f"a component of the body force {self.place}")
+
+    @property
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
+        return "in the whole body" if self.region is None else f"in '{self.region}'"
+
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """The region's volume."""
+        return mesh.volume_measure(self.region, degree)
+
+    def intensity(self, x: Floats) -> Floats:
+        """Force per volume at the points x."""
+        return _at(self.value, x)
+
+
+@dataclass(frozen=True)
+class DistributedForce(_OnBoundary):
     """A force spread over a named boundary as parallel tractions in proportion to `weight`.
 
     force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
@@ -103,14 +158,14 @@ class DistributedForce:
     case: str = "load"
 
     def __post_init__(self) -> None:
-        _vector(self.force, f"a component of the force on '{self.on}'")
+        _vector(self.force, f"a component of the force {self.place}")
 
     @property
     def resultant(self) -> tuple[float, ...]:
         """The force."""
         return self.force
 
-    def traction(self, x: Floats) -> Floats:
+    def intensity(self, x: Floats) -> Floats:
         """Force times weight at the points x."""
         weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
         return np.outer(self.force, weight)
@@ -169,15 +224,17 @@ class Scene:
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
-        for boundary in [support.on for support in self.supports] + [load.on for load in self.loads]:
-            self.mesh.boundary(boundary)
+        for support in self.supports:
+            self.mesh.boundary(support.on)
+        for load in self.loads:
+            load.measure(self.mesh, 1)
         held = [support.components(self.mesh.dim) for support in self.supports]
         if not any(held):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
         for load in self.loads:
-            entries = len(load.traction(self.mesh.domain.geometry.x[:1].T))
+            entries = len(load.intensity(self.mesh.domain.geometry.x[:1].T))
             if entries != self.mesh.dim:
-                raise InputError(f"the load on '{load.on}' has {entries} entries: the mesh needs {self.mesh.dim}")
+                raise InputError(f"the load {load.place} has {entries} entries: the mesh needs {self.mesh.dim}")
         if isinstance(self.growing, str):
             raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
         if self.growing == ():

@@ -1,7 +1,8 @@
-"""The discretisations of the literature as plain data (the paper's figures 1 and 4).
+"""The discretisations of the literature as plain data (the paper's figures 1 and 4, and their like on simplices).
 
 A variant says which functions the displacement and the density are made of, and at which points of a cell the two
-balances are integrated.  Spaces, quadrature, names and the way to solve for the density follow from it.
+balances are integrated.  Spaces, quadrature, names and the way to solve for the density follow from it: another
+discretisation is another row of the catalogue.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+import basix
 import basix.ufl
 import numpy as np
 
@@ -17,16 +19,26 @@ from growthx.errors import InputError
 if TYPE_CHECKING:
     from growthx.arrays import Floats
 
+TENSOR_CELLS = ("quadrilateral", "hexahedron")
+SIMPLICES = ("triangle", "tetrahedron")
+PLURALS = {
+    "triangle": "triangles",
+    "quadrilateral": "quadrilaterals",
+    "tetrahedron": "tetrahedra",
+    "hexahedron": "hexahedra",
+}
+
 
 @dataclass(frozen=True)
-class Lagrange:
-    """A displacement of Lagrange elements, P or Q of the given degree."""
+class Displacement:
+    """What a displacement is made of: a family of basix elements (P is Q on tensor cells) and a degree."""
 
+    family: basix.ElementFamily
     degree: int
 
     def element(self, cell_name: str, dim: int) -> Any:
         """Vector-valued element."""
-        return basix.ufl.element("Lagrange", cell_name, self.degree, shape=(dim,))
+        return basix.ufl.element(self.family, cell_name, self.degree, shape=(dim,))
 
 
 class DensitySpace(Protocol):
@@ -79,7 +91,7 @@ class PerCell:
 
 @dataclass(frozen=True)
 class AtPoints:
-    """One density for each integration point of the balance of mass."""
+    """One density for each integration point."""
 
     local = True
 
@@ -88,30 +100,59 @@ class AtPoints:
         return basix.ufl.quadrature_element(cell_name, degree=mass_degree)
 
     def shares(self, element: Any, X: Floats) -> Floats:
-        """The density of the nearest integration point."""
+        """The density of the nearest integration point, measured so that all corners of the cell are alike."""
         points = element.custom_quadrature()[0]
-        nearest = np.linalg.norm(X[:, np.newaxis] - points, axis=2).argmin(axis=1)
+        places, at = (_symmetric(element.cell_type, these) for these in (points, X))
+        nearest = np.linalg.norm(at[:, np.newaxis] - places, axis=2).argmin(axis=1)
         return np.eye(len(points))[nearest]
+
+
+def _symmetric(cell: basix.CellType, X: Floats) -> Floats:
+    """Coordinates in which a reference simplex has equal sides (barycentric ones); those of the others have."""
+    if cell.name in SIMPLICES:
+        return np.column_stack([1 - X.sum(axis=1), X])
+    return X
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A discretisation: displacement element, density space and, per direction, the points of the two balances.
+    """A discretisation: displacement element, density space and the points at which the two balances are integrated.
 
-    displacement, density: what the two fields are made of.
-    points: Gauss points per direction, the same for both balances.
+    cells: the shapes of cells it is made for.  displacement, density: what the two fields are made of.
+    momentum_degree, mass_degree: of the polynomials that each balance's rule integrates exactly, per direction on
+    tensor cells: 1, 3 and 5 are their 1, 2 and 3 Gauss points per direction.
+    Raises InputError if the rules differ and the density is not one per cell: other densities tie both to one rule.
     """
 
     name: str
-    displacement: Lagrange
+    cells: tuple[str, ...]
+    displacement: Displacement
     density: DensitySpace
-    points: int
+    momentum_degree: int
+    mass_degree: int
     summary: str
 
+    def __post_init__(self) -> None:
+        if not (self.one_rule or isinstance(self.density, PerCell)):
+            raise InputError(
+                f"the variant {self.name} integrates momentum to degree {self.momentum_degree} and mass to degree "
+                f"{self.mass_degree}: one degree for both, or one density per cell, would be right"
+            )
+
     @property
-    def degree(self) -> int:
-        """Polynomial degree per direction that the Gauss rule integrates exactly."""
-        return 2 * self.points - 1
+    def one_rule(self) -> bool:
+        """Whether both balances are integrated at the same points."""
+        return self.momentum_degree == self.mass_degree
+
+    def check(self, cell_name: str) -> None:
+        """Raise InputError if the variant is not made for this shape of cells."""
+        if cell_name not in self.cells:
+            made_for = " and ".join(PLURALS[shape] for shape in self.cells)
+            right = ", ".join(variant.name for variant in suited(cell_name)) or "another mesh"
+            raise InputError(
+                f"{self.name} is a discretisation for {made_for}, and the mesh has {PLURALS.get(cell_name, cell_name)}:"
+                f" {right} would be right"
+            )
 
     def displacement_element(self, cell_name: str, dim: int) -> Any:
         """Element of the displacement."""
@@ -119,18 +160,53 @@ class Variant:
 
     def density_element(self, cell_name: str) -> Any:
         """Element of the density."""
-        return self.density.element(cell_name, self.degree)
+        return self.density.element(cell_name, self.mass_degree)
 
     def points_per_cell(self, cell_name: str) -> int:
-        """Number of integration points in a cell."""
-        return np.size(basix.make_quadrature(basix.CellType[cell_name], self.degree)[1])
+        """Number of points in a cell at which the stress is evaluated."""
+        return np.size(basix.make_quadrature(basix.CellType[cell_name], self.momentum_degree)[1])
 
 
-Q1Q1 = Variant("Q1Q1", Lagrange(1), Nodal(1), 2, "node-based: continuous density, solved with the displacement")
-Q1P0 = Variant("Q1P0", Lagrange(1), PerCell(), 2, "element-based: one density per cell, driven by its mean source")
-Q1 = Variant("Q1", Lagrange(1), AtPoints(), 2, "integration-point based: a density at each of the 2 x 2 points")
+LINEAR = Displacement(basix.ElementFamily.P, 1)
+QUADRATIC = Displacement(basix.ElementFamily.P, 2)
+SERENDIPITY = Displacement(basix.ElementFamily.serendipity, 2)
 
-CATALOGUE = {variant.name: variant for variant in (Q1Q1, Q1P0, Q1)}
+# fmt: off
+#                name    cells         displacement density      momentum, mass
+Q1Q1 = Variant("Q1Q1",  TENSOR_CELLS, LINEAR,      Nodal(1),    3, 3, "node-based, density linear")
+Q2Q2 = Variant("Q2Q2",  TENSOR_CELLS, QUADRATIC,   Nodal(2),    5, 5, "node-based, density quadratic")
+S2Q1 = Variant("S2Q1",  TENSOR_CELLS, SERENDIPITY, Nodal(1),    3, 3, "node-based, density one order lower")
+Q1P0 = Variant("Q1P0",  TENSOR_CELLS, LINEAR,      PerCell(),   3, 3, "per cell, driven by the cell's mean source")
+Q1 = Variant("Q1",      TENSOR_CELLS, LINEAR,      AtPoints(),  3, 3, "at the integration points")
+Q2 = Variant("Q2",      TENSOR_CELLS, QUADRATIC,   AtPoints(),  5, 5, "at the integration points, quadratic")
+Q1sri = Variant("Q1sri", TENSOR_CELLS, LINEAR,     PerCell(),   3, 1, "per cell, driven by the source at its midpoint")
+S2fri = Variant("S2fri", TENSOR_CELLS, SERENDIPITY, AtPoints(), 3, 3, "at the integration points, reduced")
+P1P1 = Variant("P1P1",  SIMPLICES,    LINEAR,      Nodal(1),    2, 2, "node-based, density linear")
+P2P2 = Variant("P2P2",  SIMPLICES,    QUADRATIC,   Nodal(2),    4, 4, "node-based, density quadratic")
+P2P1 = Variant("P2P1",  SIMPLICES,    QUADRATIC,   Nodal(1),    2, 2, "node-based, density one order lower")
+P1P0 = Variant("P1P0",  SIMPLICES,    LINEAR,      PerCell(),   1, 1, "per cell, driven by the cell's mean source")
+P1 = Variant("P1",      SIMPLICES,    LINEAR,      AtPoints(),  1, 1, "at the one integration point")
+P2 = Variant("P2",      SIMPLICES,    QUADRATIC,   AtPoints(),  2, 2, "at the integration points, quadratic")
+# fmt: on
+
+CATALOGUE = {
+    variant.name: variant
+    for variant in (Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri, P1P1, P2P2, P2P1, P1P0, P1, P2)
+}
+DEFAULTS = (Q1P0, P1P0)  # the cheapest for each family of cells
+
+
+def suited(cell_name: str) -> list[Variant]:
+    """The variants made for a shape of cells."""
+    return [variant for variant in CATALOGUE.values() if cell_name in variant.cells]
+
+
+def default(cell_name: str) -> Variant:
+    """The variant to take for a shape of cells unless there are reasons for another: one density per cell."""
+    for variant in DEFAULTS:
+        if cell_name in variant.cells:
+            return variant
+    raise InputError(f"the mesh has {cell_name}s: {', '.join(PLURALS.values())} would be right")
 
 
 def named(name: str) -> Variant:

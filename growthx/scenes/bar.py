@@ -57,6 +57,7 @@ def bar(
     problem: Problem = DISCONTINUOUS,
     elements: int = 40,
     *,
+    cells: str = "quadrilateral",
     n: float = 2.0,
     m: float = 3.0,
     step: float = 0.1,
@@ -65,13 +66,19 @@ def bar(
 ) -> Scene:
     """Bar [0, 1] × 0.01 of `elements` × 1 quadrilaterals, clamped on the left, dead traction (2, 0) on the right.
 
-    n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
+    cells: "triangle" halves each quadrilateral, with diagonals that alternate.  n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
     """
     if not isinstance(elements, int) or elements < 1:
         raise InputError(f"the number of elements is {elements!r}: a whole number from 1 would be right")
     if problem.taper == 1.0 and elements % 10:
         raise InputError(f"the discontinuous bar has {elements} elements: a multiple of 10 would meet its ten levels")
-    mesh = meshing.read(meshing.locate("bar.geo"), comm=comm, elements=elements, taper=problem.taper)
+    mesh = meshing.read(
+        meshing.locate("bar.geo"),
+        comm=comm,
+        elements=elements,
+        taper=problem.taper,
+        triangles=meshing.triangles(cells),
+    )
     return Scene(
         name=f"bar, {problem.name}",
         mesh=mesh,

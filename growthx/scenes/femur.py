@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 HEAD_CENTRE = (43.0, 132.0)
 JOINT_HALF_ARC = np.radians(35.0)
 ABDUCTOR_INSERTION = (45, 52)  # control points of the outline
+PAPER_SIZE = 3.5  # mm, of cells as many as the paper's
 OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
 
 
@@ -68,7 +69,8 @@ SUPERPOSED = (1.0, 1.0, 1.0)
 def femur(
     mesh: Mesh | str | Path | None = None,
     *,
-    size: float = 3.5,
+    cells: str = "quadrilateral",
+    size: float | None = None,
     refine: int = 1,
     thickness: float = 30.0,
     weights: tuple[float, float, float] = AVERAGE,
@@ -80,8 +82,9 @@ def femur(
 ) -> Scene:
     """The femur, fixed at its distal end and loaded by the weighted sum of the three load cases.
 
-    mesh: a Mesh or a .geo or .msh file in mm with boundaries "surface" and "distal" (default: our own outline).
-    size: cell size (mm) of our own outline.  refine: every cell is split into refine × refine.
+    mesh: a Mesh or a .geo or .msh file in mm with boundaries "surface" and "distal"; default: our own outline, in 658
+    quadrilaterals as in the paper unless `cells` is "triangle" or a `size` of cells (mm) is asked for.
+    refine: every cell is split into refine × refine.
     thickness: of the plane model (mm).  weights: of the load cases, `AVERAGE`, `SUPERPOSED` or your own.
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     """
@@ -91,8 +94,7 @@ def femur(
     for weight in weights:
         require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
     if mesh is None:
-        require_number(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
-        mesh = meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size)
+        mesh = _own_mesh(cells, size, refine, comm)
     elif not isinstance(mesh, Mesh):
         mesh = meshing.read(mesh, refine=refine, comm=comm)
     return Scene(
@@ -109,6 +111,16 @@ def femur(
         ),
         program=Program(step=step, until=until, ramp=5 * step),
     )
+
+
+def _own_mesh(cells: str, size: float | None, refine: int, comm: MPI.Comm) -> Mesh:
+    """The outline's mesh: by default the one with the paper's counts, which gmsh's versions do not agree on."""
+    triangles = meshing.triangles(cells)
+    if size is None and not triangles:
+        return meshing.read(meshing.locate("femur_658.msh"), refine=refine, comm=comm)
+    size = PAPER_SIZE if size is None else size
+    require_number(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
+    return meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size, triangles=triangles)
 
 
 def _forces(case: LoadCase, factor: float) -> tuple[DistributedForce, DistributedForce]:

@@ -8,6 +8,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
+from growthx import meshing
 from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.material import Material
@@ -20,16 +21,22 @@ if TYPE_CHECKING:
 
 
 def plate(
-    cells: int = 64, *, n: float = 2.0, m: float = 3.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD
+    cells: int = 64,
+    *,
+    shape: str = "quadrilateral",
+    n: float = 2.0, 
+    m: float = 3.0,
+    step: float = 0.1,
+    comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Scene:
     """[0, 2] × [0, 1] in 2N × N quadrilaterals, clamped on the left, dead traction (0, −0.02) on the right.
 
-    cells: N.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+    cells: N.  shape: "triangle" halves each quadrilateral.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
     """
     if not (isinstance(cells, int) and cells > 0):
         raise InputError(f"the number of cells over the plate's height is {cells!r}: a whole number from 1 is needed")
     domain = dolfinx.mesh.create_rectangle(
-        comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), dolfinx.mesh.CellType.quadrilateral
+        comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), _cell_type(shape)
     )
     mesh = Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)})
     return Scene(
@@ -41,6 +48,11 @@ def plate(
         loads=(Traction("right", (0.0, -0.02)),),
         program=Program(step=step, until=2.5, ramp=0.5),
     )
+
+
+def _cell_type(shape: str) -> dolfinx.mesh.CellType:
+    triangles = meshing.triangles(shape)
+    return dolfinx.mesh.CellType.triangle if triangles else dolfinx.mesh.CellType.quadrilateral
 
 
 def tip_displacement(discretisation: Discretisation) -> float:
