@@ -7,7 +7,7 @@ next free name).
 """
 
 import growthx as gx
-from growthx.scenes.bar import PROBLEMS, end_displacement, equilibrium, midpoint_density_change
+from growthx.scenes.bar import PROBLEMS, end_displacement, equilibrium, lower_edge, midpoint_density_change
 
 
 def main():
@@ -15,7 +15,7 @@ def main():
     for problem in PROBLEMS.values():
         bar = gx.scenes.bar(problem, elements=40)
         folder = folder or gx.results.free_folder("results/bar", bar.mesh.domain.comm)
-        results = {variant.name: gx.solve(bar, variant) for variant in gx.variants.CATALOGUE.values()}
+        results = {variant.name: gx.solve(bar, variant) for variant in gx.variants.suited(bar.mesh.cell_name)}
         gx.report.table(
             f"{bar.name}, 40 elements, t = {bar.program.until:g}",
             ("", "density change at mid-length", "end displacement", "unknowns"),
@@ -33,6 +33,7 @@ def main():
         gx.plots.along_length(
             {name: result.problem for name, result in results.items()},
             folder / f"{problem.name}.png",
+            lower_edge(problem),
             exact={"semi-analytic": lambda x, bar=bar, problem=problem: equilibrium(bar, problem, x).density},
         )
     gx.report.say(results["Q1"], f"the plots are in {folder}")

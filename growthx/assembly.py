@@ -1,4 +1,4 @@
-"""Compiling weak forms, on the clock, and assembling linear ones."""
+"""Compiling weak forms, on the clock, and assembling: linear forms, and means of what cells say."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
+import numpy as np
 
 if TYPE_CHECKING:
     import ufl
@@ -39,3 +40,20 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
     dolfinx.fem.assemble_vector(vector.array, form)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
     return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+
+
+def average_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> dolfinx.fem.Function:
+    """The function whose degrees of freedom are the means of what the cells around them say (collective).
+
+    space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell).
+    """
+    dofmap, owned = space.dofmap, space.dofmap.index_map.size_local
+    total, count = dolfinx.la.vector(dofmap.index_map, 1), dolfinx.la.vector(dofmap.index_map, 1)
+    for vector, parts in ((total, values), (count, 1.0)):
+        vector.array[:] = 0.0
+        np.add.at(vector.array, dofmap.list[: len(values)], parts)
+        vector.scatter_reverse(dolfinx.la.InsertMode.add)
+    mean = dolfinx.fem.Function(space)
+    mean.x.array[:owned] = total.array[:owned] / count.array[:owned]
+    mean.x.scatter_forward()
+    return mean

@@ -10,6 +10,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import ufl
+    from mpi4py import MPI
+
     from growthx.arrays import Floats, Indices
 
 DOLFINX_VERSION: str = dolfinx.__version__  # type: ignore[attr-defined]
@@ -64,3 +67,14 @@ def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace
     """A part of a mixed space as a space of its own, and where its degrees of freedom are in the mixed one."""
     space, dofs = part.collapse()
     return space, np.array(dofs, dtype=np.int32).ravel()  # 0.11 gives an array for each type of cell
+
+
+def mesh_that_stays(comm: MPI.Comm, cells: Indices, points: Floats, domain: ufl.Mesh) -> dolfinx.mesh.Mesh:
+    """A mesh whose cells stay on the ranks that give them; cells: global numbers of the ranks' points in order."""
+
+    def stay(comm: MPI.Comm, parts: int, shapes: Any, given: Any) -> Any:
+        destinations = dolfinx.graph.adjacencylist(np.full(len(cells), comm.rank, dtype=np.int32))
+        return getattr(destinations, "_cpp_object", destinations)  # 0.10 has put a Python class around it
+
+    # By keyword: 0.10 swapped the order of x and e.
+    return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=domain, partitioner=stay)

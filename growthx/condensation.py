@@ -16,6 +16,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,7 +104,7 @@ def condensed_tangent(
     library = dolfinx.jit.mpi_jit_decorator(_build)(comm, source, " ".join(module.__name__ for module in modules))
     for t, (ufcx_form, module, _) in enumerate(compiled):
         kernel = library.bind(t, compat.integral_kernel_address(ufcx_form, module.ffi))
-    form = compat.cell_form([space, space], kernel, cells, sum(coefficients, []), sum(constants, []))
+    form = compat.cell_form([space, space], kernel, cells, [*chain(*coefficients)], [*chain(*constants)])
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
     return form
 

@@ -11,14 +11,16 @@ import ufl
 from mpi4py import MPI
 
 from growthx import balances, compat
-from growthx.assembly import Compiler, assemble
+from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import require
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
-from growthx.sampling import dof_positions
+from growthx.sampling import dof_positions, locate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from growthx.arrays import Floats, Indices, Marks
     from growthx.scene import Scene
     from growthx.variants import Variant
@@ -107,17 +109,14 @@ class Discretisation(ABC):
 
     def _average_cells(self, start: dolfinx.fem.Function) -> None:
         """Give each density what a function has there, the mean of the cells around where they differ."""
-        mesh, dofmap, cells = self.scene.mesh, self.density_space.dofmap, self.scene.mesh.owned_cells
-        points = compat.interpolation_points(self.density_space.element)
-        values = self.compile(dolfinx.fem.Expression, start, points).eval(mesh.domain, cells)
-        total, count = dolfinx.la.vector(dofmap.index_map, 1), dolfinx.la.vector(dofmap.index_map, 1)
-        for vector, parts in ((total, np.reshape(values, (len(cells), -1))), (count, 1.0)):
-            vector.array[:] = 0.0
-            np.add.at(vector.array, dofmap.list[: len(cells)], parts)
-            vector.scatter_reverse(dolfinx.la.InsertMode.add)
-        owned_count = dofmap.index_map.size_local
-        self.density.x.array[:owned_count] = total.array[:owned_count] / count.array[:owned_count]
-        self.density.x.scatter_forward()
+        values = self._evaluate(start, compat.interpolation_points(self.density_space.element))
+        self.density.x.array[:] = average_cells(self.density_space, values).x.array
+
+    def _evaluate(self, value: Any, X: Floats) -> Floats:
+        """A scalar in UFL at points X of the reference cell, (points, dim), shape (owned cells, points)."""
+        cells = self.scene.mesh.owned_cells
+        values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
+        return np.reshape(values, (len(cells), -1))
 
     def _growing_work(self, u: Any, rho: Any, test: Any) -> ufl.Form:
         return balances.internal_work(u, rho, test, self.material, self.growing_volume)
@@ -283,6 +282,44 @@ class Discretisation(ABC):
         space, cells = self.density_space, len(self.scene.mesh.owned_cells)
         shares = self.variant.density.shares(space.ufl_element(), X)
         return np.asarray(self.density.x.array[space.dofmap.list[:cells]] @ shares.T)
+
+    def reference_density_at(self, X: Floats) -> Floats | float:
+        """ρ* at points X of the reference cell, shape (owned cells, points), or the one number it is everywhere."""
+        reference = self.scene.material.reference_density
+        return float(reference) if is_uniform(reference) else self._evaluate(self.material.reference_density, X)
+
+    def sample_density(self, places: Floats) -> Floats:
+        """Density, raw as the variant knows it, at places in the body at rest, (places, dim); the same on all ranks.
+
+        NaN outside the body.
+        """
+        space = self.density_space
+
+        def density(cells: Indices, X: Floats) -> Floats:
+            shares = self.variant.density.shares(space.ufl_element(), X)
+            return np.einsum("pd,pd->p", shares, self.density.x.array[space.dofmap.list[cells]])
+
+        return self._sample(density, places, ())
+
+    def sample_displacement(self, places: Floats) -> Floats:
+        """Displacement (length) at places in the body at rest, (places, dim), shape (places, dim); NaN outside."""
+        space, dim = self.displacement_space, self.scene.mesh.dim
+
+        def displacement(cells: Indices, X: Floats) -> Floats:
+            basis = space.ufl_element().sub_elements[0].tabulate(0, X)[0]
+            return np.einsum("pn,pni->pi", basis, self.displacement.x.array.reshape(-1, dim)[space.dofmap.list[cells]])
+
+        return self._sample(displacement, places, (dim,))
+
+    def _sample(self, value: Callable[[Indices, Floats], Floats], places: Floats, shape: tuple[int, ...]) -> Floats:
+        """Values, each of that shape, by owned cells and reference points, gathered from the ranks that have them."""
+        cells, X = locate(self.scene.mesh, np.asarray(places, dtype=float))
+        here = np.flatnonzero(cells >= 0)
+        found = np.full((len(cells), *shape), -np.inf)
+        if len(here):  # basix aborts when it is given no points at all
+            found[here] = value(cells[here], X[here])
+        self.comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        return np.where(np.isfinite(found), found, np.nan)
 
     def density_positions(self) -> Floats:
         """Where the densities are, in the order of `density.x.array`, shape (densities, 3)."""

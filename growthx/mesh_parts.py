@@ -97,8 +97,8 @@ def split(parts: Parts, refine: int, path: str | Path) -> Parts:
         return parts
     if parts.dim != 2:
         raise InputError(f"refine = {refine} works on two-dimensional meshes only, and {path} has {parts.shape}s")
-    weights, pieces = _lattice(parts.shape, refine)
-    side_weights, side_pieces = _lattice("interval", refine)
+    weights, pieces = lattice(parts.shape, refine)
+    side_weights, side_pieces = lattice("interval", refine)
     keys = [_mean_keys(parts.cells, weights)]
     keys += [_mean_keys(lines, side_weights) for lines in parts.boundaries.values()]
     # Two lattice points are one node if they are the same weighted mean of the same old nodes.
@@ -116,7 +116,7 @@ def split(parts: Parts, refine: int, path: str | Path) -> Parts:
     return Parts(parts.shape, points, cells, boundaries, regions)
 
 
-def _lattice(shape: str, refine: int) -> tuple[Indices, Indices]:
+def lattice(shape: str, refine: int) -> tuple[Indices, Indices]:
     """Lattice points as weighted means of a shape's corners, and the pieces they bound.
 
     Weights: (points, 4), in units of 1/refine^2, zero beyond the shape's corners; pieces: (pieces, corners).

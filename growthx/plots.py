@@ -1,42 +1,52 @@
-"""Pictures of results with pyvista, made on rank 0."""
+"""Pictures of results with pyvista and matplotlib, made on rank 0."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from growthx.compat import interpolation_points
 from growthx.errors import GrowthxError, InputError
 from growthx.sampling import positions
-from growthx.variants import AtPoints, Nodal
+from growthx.smoothing import smoothed_density
+from growthx.subcells import Subcells, lattice, subcells
 
 if TYPE_CHECKING:
-    from growthx.arrays import Floats, Indices
+    from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
     from growthx.scene import DistributedForce
 
     Arrow = tuple[DistributedForce, Floats]  # a force and where it acts
+    _Panel = tuple["_Body", list[Arrow]]
 
 COLOUR_MAP = "viridis"  # reads the same with and without colour vision
-PICTURE = (1200, 1400)
+PICTURE_WIDTH = 1000  # pixels, of a picture of one body
+PANEL_WIDTH = 620  # … and of one of several
+TEXT_HEIGHT = 60  # pixels, above and below a body
+BAR_WIDTH = 220
 COLOUR_BAR = {
     "vertical": True,
     "color": "black",
-    "title_font_size": 34,
-    "label_font_size": 30,
-    "position_x": 0.82,
+    "title_font_size": 24,
+    "label_font_size": 22,
+    "position_x": 0.2,
     "position_y": 0.08,
     "height": 0.45,
-    "width": 0.08,
+    "width": 0.5,
     "fmt": "%.2f",
 }
 ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
+LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+LINE_STYLES = ("-", "-.", ":")
+ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
 def density(
@@ -45,100 +55,158 @@ def density(
     *,
     title: str = "density",
     relative: bool = False,
+    smoothed: bool = False,
     magnification: float = 1.0,
     loads: bool = True,
 ) -> None:
-    """Draw the density, raw, on the deformed shape of a plane body and save it as PNG.
+    """Draw the density on the deformed shape of a plane body and save it as PNG.
 
     title: of the colour bar, with the unit.  relative: draw [ρ − ρ*]/ρ* instead.  magnification: of the displacement.
+    smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
+    which is constant over the part of a cell that belongs to an integration point.
     loads: draw distributed forces as arrows, one colour for each load case.
-    Densities at integration points are drawn over the part of the cell that belongs to the point.
     """
-    mesh = problem.scene.mesh
-    if mesh.dim != 2:
-        raise InputError(
-            f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
-        )
-    X, pieces, middles = _pieces(mesh.cell_name, _ticks(problem))
-    at_corners = isinstance(problem.variant.density, Nodal)
-    values = problem.density_at(X if at_corners else middles)
-    if relative:
-        values = values / problem.scene.material.reference_density - 1
-    reference = positions(mesh, X)
-    deformed = reference.copy()
-    deformed[:, :, :2] += magnification * problem.displacement_at(X)
-    gathered = problem.comm.gather((reference, deformed, values))
-    arrows = _arrows(problem) if loads else []
-    failure: Exception | None = None
-    if gathered is not None:
-        try:
-            at_rest, shape, parts = (np.concatenate(part) for part in zip(*gathered, strict=True))
-            _draw(_Body(at_rest, shape, pieces, parts, at_corners), arrows, title, Path(path))
-        except Exception as error:  # the other ranks must hear of it whatever it is
-            failure = error
-    if problem.comm.bcast(failure is not None):
-        raise failure or GrowthxError(f"the picture {path} could not be drawn")
+    panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
+    _on_rank_0(problem, path, lambda: _draw({"": panel}, title, Path(path), 1, PICTURE_WIDTH))
+
+
+def densities(
+    problems: Mapping[str, Discretisation],
+    path: str | os.PathLike[str],
+    *,
+    title: str = "density",
+    relative: bool = False,
+    smoothed: bool = False,
+    magnification: float = 1.0,
+    columns: int = 4,
+) -> None:
+    """Draw the densities of several plane bodies side by side, in one range of colours, and save them as PNG.
+
+    problems: by the text above each.  Everything else as for `density`.
+    """
+    panels: dict[str, _Panel] = {
+        label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
+    }
+    first = next(iter(problems.values()))
+    _on_rank_0(first, path, lambda: _draw(panels, title, Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
     problems: Mapping[str, Discretisation],
     path: str | os.PathLike[str],
+    places: Floats,
     *,
     exact: Mapping[str, Callable[[float], float]] | None = None,
 ) -> None:
-    """Plot ρ over x along the lower edge of bars of one row of quadrilaterals, as each variant knows it, to a PNG.
+    """Plot ρ over x at places along a bar, (places, 2), as each variant knows it, to a PNG.
 
     problems: results by label.  exact: densities as functions of x by label, drawn as dashed lines.
     """
-    curves = {label: _profile(problem) for label, problem in problems.items()}
-    comm = next(iter(problems.values())).comm
-    if comm.rank != 0:
-        return
+    curves = {label: problem.sample_density(places) for label, problem in problems.items()}
+    first = next(iter(problems.values()))
+    _on_rank_0(first, path, lambda: _plot(curves, places[:, 0], exact or {}, Path(path)))
+
+
+def _plot(curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot(xlabel="position along the bar", ylabel="density")
-    for (label, (x, rho)), colour in zip(curves.items(), ARROW_COLOURS, strict=False):
-        axes.plot(x, rho, label=label, color=colour, linewidth=1.5)
-    for label, function in (exact or {}).items():
-        x = np.linspace(1e-6, 1 - 1e-6, 401)
+    looks = zip(cycle(LINE_COLOURS), (style for style in cycle(LINE_STYLES) for _ in LINE_COLOURS), strict=False)
+    for (label, rho), (colour, style) in zip(curves.items(), looks, strict=False):
+        axes.plot(x, rho, style, label=label, color=colour, linewidth=1.5)
+    for label, function in exact.items():
         axes.plot(x, [function(at) for at in x], label=label, color="black", linestyle="--", linewidth=1)
     axes.grid(color="0.9")
     axes.legend(frameon=False)
     figure.savefig(path, dpi=150)
 
 
-def _profile(problem: Discretisation) -> tuple[Floats, Floats]:
-    """Positions along the lower edge and densities there, gathered on rank 0, in order."""
-    s = np.linspace(1e-9, 1 - 1e-9, 41)
-    X = np.stack([s, np.zeros_like(s)], axis=1)
-    parts = problem.comm.gather((positions(problem.scene.mesh, X)[:, :, 0], problem.density_at(X)))
-    if parts is None:
-        return np.empty(0), np.empty(0)
-    x, rho = (np.concatenate(part).ravel() for part in zip(*parts, strict=True))
-    order = np.argsort(x, kind="stable")
-    return x[order], rho[order]
+def _on_rank_0(problem: Discretisation, path: str | os.PathLike[str], draw: Callable[[], None]) -> None:
+    """Draw on rank 0; an error there is one on all ranks."""
+    failure: Exception | None = None
+    if problem.comm.rank == 0:
+        try:
+            draw()
+        except Exception as error:  # the other ranks must hear of it whatever it is
+            failure = error
+    if problem.comm.bcast(failure is not None):
+        raise failure or GrowthxError(f"the picture {path} could not be drawn")
 
 
-def _ticks(problem: Discretisation) -> Floats:
-    """Where a cell is cut, per direction, so that each part belongs to one integration point."""
-    if isinstance(problem.variant.density, AtPoints) and problem.scene.mesh.cell_name == "quadrilateral":
-        gauss = np.unique(problem.density_space.ufl_element().custom_quadrature()[0][:, 0].round(12))
-        return np.concatenate([[0.0], (gauss[1:] + gauss[:-1]) / 2, [1.0]])
-    return np.array([0.0, 1.0])
+@dataclass(frozen=True)
+class _Body:
+    """A plane body in loose pieces, gathered on rank 0; elsewhere, this rank's part."""
+
+    reference: Floats  # corners of the pieces at rest and deformed, shape (cells, corners, 3)
+    deformed: Floats
+    parts: Subcells
+    values: Floats  # per corner or per piece, shape (cells, corners or pieces)
+    at_corners: bool
+
+    def surface(self, shape: Floats) -> Any:
+        """The pieces as a pyvista surface."""
+        import pyvista
+
+        cells, corners = shape.shape[:2]
+        around = self.parts.pieces[:, [0, 1, 3, 2] if self.parts.shape == "quadrilateral" else [0, 1, 2]]
+        polygons = (np.arange(cells)[:, np.newaxis, np.newaxis] * corners + around).reshape(-1, around.shape[1])
+        faces = np.insert(polygons, 0, polygons.shape[1], axis=1)
+        return pyvista.PolyData(shape.reshape(-1, 3), faces=faces.ravel())
+
+    def coloured(self, title: str) -> Any:
+        """The deformed pieces with their values."""
+        surface = self.surface(self.deformed)
+        (surface.point_data if self.at_corners else surface.cell_data)[title] = self.values.ravel()
+        return surface
+
+    def extent(self) -> Floats:
+        """Width and height, at rest and deformed together."""
+        places = np.concatenate([self.reference, self.deformed]).reshape(-1, 3)
+        return np.ptp(places[:, :2], axis=0)
+
+    def outline(self) -> Any:
+        """The border of the body at rest."""
+        return (
+            self.surface(self.reference)
+            .clean(tolerance=1e-6)
+            .extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
+        )
 
 
-def _pieces(cell_name: str, ticks: Floats) -> tuple[Floats, Indices, Floats]:
-    """Points of the reference cell, the pieces they span (anticlockwise), and the pieces' middles."""
-    if cell_name == "triangle":
-        return np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.array([[0, 1, 2]]), np.array([[1 / 3, 1 / 3]])
-    k = len(ticks)
-    X = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
-    first = (np.arange(k - 1)[:, np.newaxis] * k + np.arange(k - 1)).ravel()
-    pieces = np.stack([first, first + k, first + k + 1, first + 1], axis=1)
-    return X, pieces, X[pieces].mean(axis=1)
+def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification: float) -> _Body:
+    mesh = problem.scene.mesh
+    if mesh.dim != 2:
+        raise InputError(
+            f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
+        )
+    parts, values = _values(problem, smoothed)
+    at_corners = smoothed or not problem.variant.density.local
+    if relative:
+        values = values / problem.reference_density_at(parts.X if at_corners else parts.middles) - 1
+    reference = positions(mesh, parts.X)
+    deformed = reference.copy()
+    deformed[:, :, :2] += magnification * problem.displacement_at(parts.X)
+    gathered = problem.comm.gather((reference, deformed, values)) or [(reference, deformed, values)]
+    at_rest, shape, known = (np.concatenate(part) for part in zip(*gathered, strict=True))
+    return _Body(at_rest, shape, parts, known, at_corners)
+
+
+def _values(problem: Discretisation, smoothed: bool) -> tuple[Subcells, Floats]:
+    """Pieces of a cell, and the density of each owned cell's pieces or, where it is continuous, of their corners."""
+    cell_name, space = problem.scene.mesh.cell_name, problem.density_space
+    if smoothed:
+        smooth = smoothed_density(problem)
+        cells = len(problem.scene.mesh.owned_cells)
+        return lattice(cell_name, 1), smooth.x.array[smooth.function_space.dofmap.list[:cells]]
+    if problem.variant.density.local:
+        points = interpolation_points(space.element)
+        parts = subcells(cell_name, points)
+        return parts, problem.density_at(points)[:, parts.points]
+    parts = lattice(cell_name, 1 if space.element.basix_element.degree == 1 else ROUGH)
+    return parts, problem.density_at(parts.X)
 
 
 def _arrows(problem: Discretisation) -> list[Arrow]:
@@ -160,52 +228,61 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
     return arrows
 
 
-@dataclass(frozen=True)
-class _Body:
-    """A plane body in loose pieces, gathered on rank 0."""
-
-    reference: Floats  # corners of the pieces at rest and deformed, shape (cells, corners, 3)
-    deformed: Floats
-    pieces: Indices  # corners of each piece of a cell, anticlockwise
-    values: Floats  # per corner or per piece, shape (cells, corners or pieces)
-    at_corners: bool
-
-    def surface(self, shape: Floats) -> Any:
-        """The pieces as a pyvista surface."""
-        import pyvista
-
-        cells, corners = shape.shape[:2]
-        polygons = (np.arange(cells)[:, np.newaxis, np.newaxis] * corners + self.pieces).reshape(
-            -1, self.pieces.shape[1]
-        )
-        faces = np.insert(polygons, 0, polygons.shape[1], axis=1)
-        return pyvista.PolyData(shape.reshape(-1, 3), faces=faces.ravel())
-
-
-def _draw(body: _Body, arrows: list[Arrow], title: str, path: Path) -> None:
+def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, width: int) -> None:
+    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar."""
     import pyvista
 
-    surface = body.surface(body.deformed)
-    (surface.point_data if body.at_corners else surface.cell_data)[title] = body.values.ravel()
-    outline = (
-        body.surface(body.reference)
-        .clean(tolerance=1e-6)
-        .extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
-    )
-    with _display():
-        plotter = pyvista.Plotter(off_screen=True, window_size=PICTURE)
+    columns = min(columns, len(panels))
+    rows = -(-len(panels) // columns)
+    bodies = [body for body, _ in panels.values()]
+    proportion = max(height / across for across, height in (body.extent() for body in bodies))
+    height = round(width * min(2.0, max(0.5, proportion))) + 2 * TEXT_HEIGHT
+    limits = min(body.values.min() for body in bodies), max(body.values.max() for body in bodies)
+    options = {
+        "window_size": (columns * width + BAR_WIDTH, rows * height),
+        "shape": (rows, columns + 1),
+        "col_weights": [width] * columns + [BAR_WIDTH],
+        "groups": [(slice(None), columns)],
+        "border": False,
+    }
+    # Closed before the display goes, whatever happens in between: else it takes the process with it.
+    with _display(), closing(pyvista.Plotter(off_screen=True, **options)) as plotter:
         plotter.set_background("white")
-        colour_bar = COLOUR_BAR | {"title": f"{title}\n"}  # the line break keeps the title clear of the labels
-        plotter.add_mesh(surface, scalars=title, cmap=COLOUR_MAP, lighting=False, scalar_bar_args=colour_bar)
-        plotter.add_mesh(outline, color="grey", line_width=1.5, lighting=False)
-        if legend := _add_arrows(plotter, outline, arrows):
-            plotter.add_legend(
-                legend, bcolor="white", face="rectangle", size=(0.4, 0.03 * len(legend)), loc="upper left"
-            )
-        plotter.view_xy()
-        plotter.camera.zoom(1.25)
+        for place, (label, (body, arrows)) in zip(np.ndindex(rows, columns), panels.items(), strict=False):
+            plotter.subplot(*place)
+            outline, mapper = _add_body(plotter, body, title, limits)
+            if legend := _add_arrows(plotter, outline, arrows):
+                size = (0.4, 0.03 * len(legend))
+                plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+            if label:
+                plotter.add_text(label, position="upper_left", color="black", font_size=14)
+        _look_from_above(plotter, list(np.ndindex(rows, columns))[: len(panels)], (width, height - 2 * TEXT_HEIGHT))
+        plotter.subplot(0, columns)
+        plotter.add_scalar_bar(mapper=mapper, title=f"{title}\n", **COLOUR_BAR)  # a line clear between title and bar
         plotter.screenshot(str(path))
-        plotter.close()
+
+
+def _look_from_above(plotter: Any, places: list[tuple[int, ...]], room: tuple[int, int]) -> None:
+    """Show what is in each panel in the same scale, as large as `room` (pixels) lets the largest be."""
+    sizes = []
+    for place in places:
+        plotter.subplot(*place)
+        left, right, low, high, *_ = plotter.renderer.bounds
+        sizes.append(max((right - left) / room[0], (high - low) / room[1]))
+    for place in places:
+        plotter.subplot(*place)
+        plotter.view_xy()
+        plotter.enable_parallel_projection()
+        plotter.camera.parallel_scale = 0.52 * max(sizes) * (room[1] + 2 * TEXT_HEIGHT)
+
+
+def _add_body(plotter: Any, body: _Body, title: str, limits: tuple[float, float]) -> tuple[Any, Any]:
+    """Draw the deformed body and its outline at rest; returns the outline and what maps densities to colours."""
+    surface, outline = body.coloured(title), body.outline()
+    options = {"cmap": COLOUR_MAP, "clim": limits, "lighting": False, "show_scalar_bar": False}
+    actor = plotter.add_mesh(surface, scalars=title, **options)
+    plotter.add_mesh(outline, color="grey", line_width=1.5, lighting=False)
+    return outline, actor.mapper
 
 
 def _add_arrows(plotter: Any, outline: Any, arrows: list[Arrow]) -> list[tuple[str, str]]:
@@ -234,7 +311,7 @@ def _add_arrows(plotter: Any, outline: Any, arrows: list[Arrow]) -> list[tuple[s
             tip_length=min(0.6, 6 * thickness),
         )
         plotter.add_mesh(shape, color=colours[load.case], lighting=False)
-    return list(colours.items())
+    return [(f" {case}", colour) for case, colour in colours.items()]
 
 
 def _size(arrow: Arrow) -> float:

@@ -16,6 +16,8 @@ from growthx import compat
 from growthx.assembly import assemble
 from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
+from growthx.raw import raw_writer
+from growthx.smoothing import smoothed_density
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -106,9 +108,9 @@ class FieldWriter:
         )
 
     def write(self, time: float) -> None:
-        """Append the state at a time: displacement at the nodes, everything else as means over the cells."""
+        """Append the state at a time: displacement and smoothed density at the nodes, the rest as means over cells."""
         self._displacement.interpolate(self._problem.displacement)
-        functions = [self._displacement]
+        functions = [self._displacement, smoothed_density(self._problem)]
         for name, values in cell_fields(self._problem).items():
             function = dolfinx.fem.Function(self._per_cell, name=name)
             function.x.array[: len(values)] = values
@@ -143,10 +145,10 @@ def write_history(folder: Path, result: Result) -> None:
 
 
 def write(folder: Path, result: Result) -> None:
-    """Write the last state's fields and the history into a folder made by `new_folder`."""
-    writer = FieldWriter(folder, result.problem)
-    writer.write(result.time)
-    writer.close()
+    """Write the last state's fields, as means and raw, and the history into a folder made by `new_folder`."""
+    for writer in (FieldWriter(folder, result.problem), raw_writer(folder, result.problem)):
+        writer.write(result.time)
+        writer.close()
     write_history(folder, result)
 
 

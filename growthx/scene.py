@@ -60,7 +60,10 @@ class Load(Protocol):
         ...
 
     def intensity(self, x: Floats) -> Floats:
-        """Force per area, or volume, at the points x, (3, points), up to a factor if there is a resultant; (dim, points)."""
+        """Force per area, or volume, at the points x, (3, points), shape (dim, points).
+
+        Up to a factor if there is a resultant.
+        """
         ...
 
     @property

@@ -102,13 +102,13 @@ class AtPoints:
     def shares(self, element: Any, X: Floats) -> Floats:
         """The density of the nearest integration point, measured so that all corners of the cell are alike."""
         points = element.custom_quadrature()[0]
-        places, at = (_symmetric(element.cell_type, these) for these in (points, X))
+        places, at = (equal_sided(element.cell_type, these) for these in (points, X))
         nearest = np.linalg.norm(at[:, np.newaxis] - places, axis=2).argmin(axis=1)
         return np.eye(len(points))[nearest]
 
 
-def _symmetric(cell: basix.CellType, X: Floats) -> Floats:
-    """Coordinates in which a reference simplex has equal sides (barycentric ones); those of the others have."""
+def equal_sided(cell: basix.CellType, X: Floats) -> Floats:
+    """Points X of the reference cell in coordinates in which its sides are equal: for simplices, barycentric ones."""
     if cell.name in SIMPLICES:
         return np.column_stack([1 - X.sum(axis=1), X])
     return X
@@ -162,9 +162,13 @@ class Variant:
         """Element of the density."""
         return self.density.element(cell_name, self.mass_degree)
 
+    def integration_points(self, cell_name: str) -> Floats:
+        """The points of a reference cell at which the stress is evaluated, shape (points, dim)."""
+        return np.asarray(basix.make_quadrature(basix.CellType[cell_name], self.momentum_degree)[0])
+
     def points_per_cell(self, cell_name: str) -> int:
         """Number of points in a cell at which the stress is evaluated."""
-        return np.size(basix.make_quadrature(basix.CellType[cell_name], self.momentum_degree)[1])
+        return len(self.integration_points(cell_name))
 
 
 LINEAR = Displacement(basix.ElementFamily.P, 1)
@@ -190,8 +194,7 @@ P2 = Variant("P2",      SIMPLICES,    QUADRATIC,   AtPoints(),  2, 2, "at the in
 # fmt: on
 
 CATALOGUE = {
-    variant.name: variant
-    for variant in (Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri, P1P1, P2P2, P2P1, P1P0, P1, P2)
+    variant.name: variant for variant in (Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri, P1P1, P2P2, P2P1, P1P0, P1, P2)
 }
 DEFAULTS = (Q1P0, P1P0)  # the cheapest for each family of cells
 

@@ -1,42 +1,78 @@
-"""A small body for tests: the unit square, distorted or not, and what the tests ask of its discretisations."""
+"""Small bodies for tests, the unit square and cube, distorted or not, and what the tests ask of their discretisations.
+
+A variant's own cells are `variant.cells[0]` in the plane and `variant.cells[1]` in space.
+"""
 
 from dataclasses import replace
 
+import basix
 import dolfinx
 import numpy as np
 from mpi4py import MPI
 
 import growthx as gx
 from growthx.newton import Newton
+from growthx.variants import SIMPLICES
 
 COMM = MPI.COMM_WORLD
 
 
-def square(cells=3, distortion=0.0, length=1.0):
-    """[0, 1]² times `length` in cells × cells quadrilaterals, with the regions "bone" (left half) and "implant"."""
-    domain = dolfinx.mesh.create_unit_square(COMM, cells, cells, dolfinx.mesh.CellType.quadrilateral)
-    sides = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0)}
-    mesh = gx.Mesh.with_names(
-        domain,
-        {name: lambda x, i=i, at=at: np.isclose(x[i], at) for name, (i, at) in sides.items()},
-        {"bone": lambda x: x[0] <= 0.5 + 1e-6, "implant": lambda x: x[0] >= 0.5 - 1e-6},
-    )
-    x = domain.geometry.x
+SIDES = {  # name: direction, position
+    "left": (0, 0.0),
+    "right": (0, 1.0),
+    "bottom": (1, 0.0),
+    "top": (1, 1.0),
+    "front": (2, 0.0),
+    "back": (2, 1.0),
+}
+
+
+def square(cells=3, distortion=0.0, length=1.0, shape="quadrilateral"):
+    """[0, 1]² times `length` in cells × cells quadrilaterals, or twice as many right-angled triangles.
+
+    Its regions are "bone" (left half) and "implant".  Distorted, the nodes inside have moved.
+    """
+    mesh = _named(dolfinx.mesh.create_unit_square(COMM, cells, cells, getattr(dolfinx.mesh.CellType, shape)))
+    x = mesh.domain.geometry.x
     shift = distortion * np.sin(np.pi * x[:, 0]) * np.sin(np.pi * x[:, 1])
     x[:, 0] = length * (x[:, 0] + shift)
     x[:, 1] = length * (x[:, 1] - 0.7 * shift)
     return mesh
 
 
+def cube(cells=2, distortion=0.0, shape="hexahedron"):
+    """[0, 1]³ in cells × cells × cells hexahedra, or six times as many tetrahedra; regions as in `square`.
+
+    Distorted, the nodes inside have moved, and those on the sides within the sides.
+    """
+    mesh = _named(dolfinx.mesh.create_unit_cube(COMM, cells, cells, cells, getattr(dolfinx.mesh.CellType, shape)))
+    x = mesh.domain.geometry.x
+    waves = np.sin(np.pi * x)
+    x[:] += distortion * waves * (np.roll(x, 1, axis=1) - 0.7 * np.roll(x, -1, axis=1))
+    return mesh
+
+
+def _named(domain):
+    """The mesh with its sides, and its halves to the left and right of the middle, named."""
+    dim = domain.topology.dim
+    sides = {name: (i, at) for name, (i, at) in SIDES.items() if i < dim}
+    return gx.Mesh.with_names(
+        domain,
+        {name: lambda x, i=i, at=at: np.isclose(x[i], at) for name, (i, at) in sides.items()},
+        {"bone": lambda x: x[0] <= 0.5 + 1e-6, "implant": lambda x: x[0] >= 0.5 - 1e-6},
+    )
+
+
 def block(mesh=None, **changes):
     """A clamped block bent and stretched by a traction, over four steps, the first two of them ramping."""
+    mesh = square() if mesh is None else mesh
     scene = gx.Scene(
         name="block",
-        mesh=square() if mesh is None else mesh,
+        mesh=mesh,
         material=gx.Material(young=1.0, poisson=0.25, reference_density=1.2),
         growth=gx.EnergyDrivenGrowth(attractor=0.01, rate=5.0),
         supports=(gx.Support("left"),),
-        loads=(gx.Traction("right", (0.1, -0.02)),),
+        loads=(gx.Traction("right", (0.1, -0.02, 0.01)[: mesh.dim]),),
         program=gx.Program(step=0.1, until=0.4, ramp=0.2),
     )
     return replace(scene, **changes)
@@ -54,24 +90,34 @@ def gathered(local):
 
 
 def densities(problem):
-    """(x, y, ρ) of all densities of all ranks, sorted by place."""
-    owned = problem.density_space.dofmap.index_map.size_local
-    rows = np.column_stack([problem.density_positions()[:owned, :2], problem.density.x.array[:owned]])
-    return _sorted_by_place(gathered(rows))
+    """(x, y, ρ), or (x, y, z, ρ), of all densities of all ranks, sorted by place."""
+    dim, owned = problem.scene.mesh.dim, problem.density_space.dofmap.index_map.size_local
+    rows = np.column_stack([problem.density_positions()[:owned, :dim], problem.density.x.array[:owned]])
+    return _sorted_by_place(gathered(rows), dim)
 
 
 def displacements(problem):
-    """(x, y, u_x, u_y) of all corners of cells of all ranks, sorted by place."""
-    space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("Lagrange", 1, (2,)))
+    """(x, y, u_x, u_y), or (x, y, z, u_x, u_y, u_z), of all corners of cells of all ranks, sorted by place."""
+    dim = problem.scene.mesh.dim
+    space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("Lagrange", 1, (dim,)))
     corners = dolfinx.fem.Function(space)
     corners.interpolate(problem.displacement)
     owned = space.dofmap.index_map.size_local
-    u = corners.x.array[: 2 * owned].reshape(-1, 2)
-    return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:owned, :2], u])))
+    u = corners.x.array[: dim * owned].reshape(-1, dim)
+    return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:owned, :dim], u])), dim)
 
 
-def _sorted_by_place(rows):
-    return rows[np.lexsort(np.round(rows[:, :2].T, 9))]
+def _sorted_by_place(rows, dim):
+    return rows[np.lexsort(np.round(rows[:, :dim].T, 9))]
+
+
+def inside(cell, count=200):
+    """Points of the reference cell, shape (count, dim), the same ones at each call."""
+    dim = len(basix.topology(basix.CellType[cell])) - 1
+    generator = np.random.default_rng(0)
+    if cell in SIMPLICES:
+        return generator.dirichlet(np.ones(dim + 1), size=count)[:, :dim]
+    return generator.uniform(size=(count, dim))
 
 
 def set_iterate(problem, displacement, density):
@@ -82,7 +128,7 @@ def set_iterate(problem, displacement, density):
         problem.unknown.sub(0).interpolate(displacement)
         problem.unknown.sub(1).interpolate(density)
     for held in problem.held:
-        problem.unknown.x.array[held.condition.dof_indices()[0]] = problem.amplitude * held.value
+        problem.unknown.x.array[held.dofs] = problem.amplitude * held.values
     problem.unknown.x.scatter_forward()
 
 

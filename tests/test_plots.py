@@ -7,16 +7,20 @@ from mpi4py import MPI
 
 import growthx as gx
 from growthx import plots
-from growthx.scenes.bar import DISCONTINUOUS
+from growthx.scenes.bar import DISCONTINUOUS, lower_edge
 
 COMM = MPI.COMM_WORLD
 
 
-@pytest.fixture(scope="module", params=["Q1Q1", "Q1P0", "Q1"])
+# Pieces of a cell that are drawn, each in one colour or, where the density is continuous, with colours at its corners.
+PIECES = {"Q1Q1": 1, "Q2Q2": 16, "Q1P0": 1, "Q1": 4, "Q2": 9, "P2P2": 16, "P1": 1, "P2": 3}
+
+
+@pytest.fixture(scope="module", params=PIECES)
 def problem(request):
     """A small bent plate."""
-    scene = gx.scenes.plate(4)
-    return gx.solve(scene, gx.variants.named(request.param)).problem
+    variant = gx.variants.named(request.param)
+    return gx.solve(gx.scenes.plate(4, shape=variant.cells[0]), variant).problem
 
 
 def test_picture_has_body_colours_and_background(problem, shared_folder):
@@ -33,40 +37,88 @@ def test_picture_has_body_colours_and_background(problem, shared_folder):
 
 def test_values_drawn_are_those_of_the_variant(problem):
     """Raw values are drawn: each integration point's on its own part of the cell, and no averages."""
-    ticks = plots._ticks(problem)
-    X, _, middles = plots._pieces("quadrilateral", ticks)
-    at = X if problem.variant.name == "Q1Q1" else middles
-    values = problem.density_at(at)
+    parts, values = plots._values(problem, smoothed=False)
+    assert len(parts.pieces) == PIECES[problem.variant.name]
     drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
     assert drawn == pytest.approx(problem.density_range(), rel=1e-14)
-    pieces = {"Q1Q1": 1, "Q1P0": 1, "Q1": 4}[problem.variant.name]
-    assert len(middles) == pieces
+    at = parts.middles if problem.variant.density.local else parts.X
+    assert values == pytest.approx(problem.density_at(at), rel=1e-14)
+
+
+def test_smoothed_values_are_those_of_the_smoothed_density(problem):
+    """One value for each corner of a cell, the same in all cells around it."""
+    from growthx.smoothing import smoothed_density
+
+    parts, values = plots._values(problem, smoothed=True)
+    assert len(parts.pieces) == 1
+    smooth = smoothed_density(problem).x.array
+    drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
+    known = COMM.allreduce(float(smooth.min()), MPI.MIN), COMM.allreduce(float(smooth.max()), MPI.MAX)
+    assert drawn == known
+
+
+def test_relative_change_is_drawn_with_the_reference_of_its_place():
+    """ρ* may vary: the change drawn is that of each piece from the ρ* there."""
+    from blocks import block, square
+
+    material = gx.Material(young=1.0, reference_density={"bone": 1.0, "implant": 2.0})
+    still = gx.EnergyDrivenGrowth(0.0, rate=0.0)
+    problem = gx.solve(block(square(4), material=material, growth=still), gx.Q1).problem
+    body = plots._body(problem, relative=True, smoothed=False, magnification=1.0)
+    assert body.values == pytest.approx(np.zeros(body.values.shape), abs=1e-14)
+
+
+def test_several_bodies_in_one_picture(shared_folder):
+    """Panels side by side share one range of colours: a colour means the same density in all of them."""
+    problems = {name: gx.solve(gx.scenes.plate(4), gx.variants.named(name)).problem for name in ("Q1Q1", "Q1P0", "Q1")}
+    path = shared_folder / "panels.png"
+    plots.densities(problems, path, columns=2)
+    COMM.barrier()
+    image = matplotlib.image.imread(path)[:, :, :3]
+    coloured = np.abs(image - image.mean(axis=2, keepdims=True)).max(axis=2) > 0.1
+    middle = image.shape[0] // 2, (image.shape[1] - plots.BAR_WIDTH) // 2
+    for rows, columns in ((0, 0), (0, 1), (1, 0)):
+        panel = coloured[rows * middle[0] : (rows + 1) * middle[0], columns * middle[1] : (columns + 1) * middle[1]]
+        assert 0.05 < panel.mean() < 0.9
+    assert not coloured[middle[0] :, middle[1] : 2 * middle[1]].any()  # the place of a fourth is empty
+    assert coloured[:, 2 * middle[1] :].any()  # the colour bar
+
+
+def test_a_failure_to_draw_is_one_on_all_ranks(problem, tmp_path):
+    """A picture into a folder that is not there: no rank waits for another, and each hears of it."""
+    with pytest.raises(Exception, match="nowhere"):
+        plots.density(problem, tmp_path / "nowhere" / "density.png")
 
 
 def test_deformed_shape_reaches_the_tip(problem):
     """The shape drawn is the deformed one: its loaded end lies where the displacement says."""
-    from growthx.sampling import positions
     from growthx.scenes.plate import tip_displacement
 
-    X = np.array([[1.0, 1.0]])
-    mesh = problem.scene.mesh
-    ends = positions(mesh, X)[:, 0]
-    moved = ends[:, 1] + problem.displacement_at(X)[:, 0, 1]
-    corner = np.isclose(ends[:, 0], 2.0) & np.isclose(ends[:, 1], 0.5)
-    here = float(moved[corner][0]) if corner.any() else -np.inf
-    assert COMM.allreduce(here, MPI.MAX) == pytest.approx(0.5 + tip_displacement(problem), rel=1e-12)
+    body = plots._body(problem, relative=False, smoothed=False, magnification=1.0)
+    at_rest, deformed = body.reference.reshape(-1, 3), body.deformed.reshape(-1, 3)
+    tip = np.flatnonzero(np.isclose(at_rest[:, 0], 2.0) & np.isclose(at_rest[:, 1], 0.5))
+    reached = tip_displacement(problem)
+    assert COMM.rank > 0 or len(tip)  # gathered on rank 0
+    assert deformed[tip, 1] == pytest.approx(0.5 + reached, rel=1e-12)
 
 
-def test_profile_of_the_bar_is_ordered_and_complete(shared_folder):
-    """The curve over the length runs from one end to the other, once, on any number of ranks."""
-    bar = gx.scenes.bar(DISCONTINUOUS, 10, until=0.2)
-    problem = gx.solve(bar, gx.Q1).problem
-    x, rho = plots._profile(problem)
-    if COMM.rank == 0:
-        assert len(x) == len(rho) == 410
-        assert np.all(np.diff(x) >= 0) and x[0] < 1e-6 and x[-1] > 1 - 1e-6
-    path = shared_folder / "profile.png"
-    plots.along_length({"Q1": problem}, path, exact={"one": lambda x: 1.0})
+@pytest.mark.parametrize("name", ["Q2Q2", "Q1", "Q2", "P1", "P2P1"])
+def test_profile_of_the_bar(name, shared_folder):
+    """From end to end on any number of ranks: piecewise constant for densities at points, continuous for nodal ones."""
+    variant = gx.variants.named(name)
+    problem = gx.solve(gx.scenes.bar(DISCONTINUOUS, 10, cells=variant.cells[0], until=0.2), variant).problem
+    places = lower_edge(DISCONTINUOUS)
+    rho = problem.sample_density(places)
+    low, high = problem.density_range()
+    assert np.all(rho >= low * (1 - 1e-3)) and np.all(rho <= high * (1 + 1e-3))
+    jumps = np.abs(np.diff(rho))
+    if variant.density.local:
+        assert len(np.unique(rho.round(12))) <= 10 * len(problem.density_space.dofmap.list[0])
+        assert np.count_nonzero(jumps > 1e-12) <= 3 * 10
+    else:
+        assert jumps.max() < 0.02 * (high - low)
+    path = shared_folder / f"{name}.png"
+    plots.along_length({name: problem}, path, places, exact={"one": lambda x: 1.0})
     COMM.barrier()
     assert path.stat().st_size > 10_000
 

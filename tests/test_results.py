@@ -5,25 +5,27 @@ import json
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 
+import basix
 import dolfinx
 import numpy as np
 import pytest
 import ufl
-from blocks import COMM, block, displacements, gathered, square
+from blocks import COMM, block, densities, displacements, gathered, square
 
 import growthx as gx
 from growthx import results
 from growthx.errors import InputError
+from growthx.sampling import positions
 from growthx.variants import CATALOGUE
 
 variants = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 FIELDS = ["density", "relative_change", "stimulus", "mass_source", "major_stress", "minor_stress"]
 
 
-def homogeneous(**changes):
+def homogeneous(shape, **changes):
     """A block in uniaxial tension with free sides, so that its fields are known."""
     return block(
-        square(3, 0.05),
+        square(3, 0.05, shape=shape),
         supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
         loads=(gx.Traction("right", (0.3, 0.0)),),
         **changes,
@@ -33,7 +35,7 @@ def homogeneous(**changes):
 @variants
 def test_cell_means_of_a_homogeneous_block(variant):
     """Every field against the same law at the block's stretches; the Cauchy stress is P̄ᵢλᵢ/J."""
-    scene = homogeneous()
+    scene = homogeneous(variant.cells[0])
     problem = gx.solve(scene, variant, tolerance=1e-12).problem
     x, y, u, v = displacements(problem).T
     along, across = 1 + u[np.isclose(x, 1.0)].mean(), 1 + v[np.isclose(y, 1.0)].mean()
@@ -53,7 +55,7 @@ def test_cell_means_of_a_homogeneous_block(variant):
     assert list(fields) == FIELDS
     assert rho != pytest.approx(1.2, rel=1e-2)
     for name, value in expected.items():
-        assert gathered(fields[name]) == pytest.approx(np.full(9, value), rel=1e-9, abs=1e-10), name
+        assert gathered(fields[name]) == pytest.approx(np.full(scene.mesh.cell_count, value), rel=1e-9, abs=1e-10), name
 
 
 def test_density_means_are_weighed_by_volume():
@@ -97,7 +99,7 @@ def written(folder, result):
 
 def arrays(folder, section):
     """Names of the arrays in the .vtu files of the only time."""
-    files = sorted(folder.glob("*.vtu"))
+    files = sorted(folder.glob("fields*.vtu"))
     assert files
     roots = [ElementTree.parse(file).getroot() for file in files]
     return {array.get("Name") for root in roots for part in root.iter(section) for array in part.iter("DataArray")}
@@ -106,8 +108,8 @@ def arrays(folder, section):
 @variants
 def test_fields_are_on_disk(variant, shared_folder):
     """ParaView finds the displacement at points and everything else in cells, with the time."""
-    folder = written(shared_folder, gx.solve(block(), variant))
-    assert arrays(folder, "PointData") >= {"displacement"}
+    folder = written(shared_folder, gx.solve(block(square(shape=variant.cells[0])), variant))
+    assert arrays(folder, "PointData") >= {"displacement", "smoothed_density"}
     assert arrays(folder, "CellData") >= set(FIELDS)
     (entry, *_) = ElementTree.parse(folder / "fields.pvd").getroot().iter("DataSet")
     assert float(entry.get("timestep")) == 0.4
@@ -119,7 +121,7 @@ def test_fields_read_back_are_those_of_the_state(tmp_path):
     pyvista = pytest.importorskip("pyvista")
     result = gx.solve(block(square(3, 0.05)), gx.Q1)
     folder = written(tmp_path, result)
-    (file,) = folder.glob("*.vtu")
+    (file,) = folder.glob("fields*.vtu")
     grid = pyvista.read(file)
     order = np.lexsort(np.round(grid.cell_centers().points[:, :2].T, 9))
     cells = result.scene.mesh.owned_cells
@@ -134,7 +136,7 @@ def test_fields_read_back_are_those_of_the_state(tmp_path):
 @variants
 def test_history_is_the_steps(variant, shared_folder):
     """One row per accepted step, all numbers global and written once, with the reactions of each support."""
-    result = gx.solve(block(), variant)
+    result = gx.solve(block(square(shape=variant.cells[0])), variant)
     folder = written(shared_folder, result)
     with (folder / "history.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -149,6 +151,75 @@ def test_history_is_the_steps(variant, shared_folder):
         assert int(row["newton_iterations"]) == step.newton_iterations
         assert float(row["residual"]) == step.newton.residual_norms[-1] <= 1e-10
         assert float(row["reaction_left_x"]) == step.reactions["left"][0]
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("name", ["Q1P0", "Q1", "Q2", "Q1sri", "S2fri", "P1P0", "P1", "P2"])
+def test_raw_fields_are_exact_at_every_point(name, tmp_path):
+    """One small cell for each integration point: with the point in it, on the deformed shape, with the exact values."""
+    pyvista = pytest.importorskip("pyvista")
+    variant = gx.variants.named(name)
+    result = gx.solve(block(square(3, 0.05, shape=variant.cells[0])), variant)
+    problem, mesh = result.problem, result.scene.mesh
+    (file,) = written(tmp_path, result).glob("raw*.vtu")
+    grid = pyvista.read(file)
+    points = basix.make_quadrature(basix.CellType[mesh.cell_name], variant.momentum_degree)[0]
+    assert grid.n_cells == problem.points
+    owner = grid.find_containing_cell(positions(mesh, points).reshape(-1, 3))
+    assert sorted(owner) == list(range(grid.n_cells))
+    density = problem.density_at(points).ravel()
+    assert grid.cell_data["density"][owner] == pytest.approx(density, rel=1e-15, abs=0)  # 16 digits are written
+    assert grid.cell_data["relative_change"][owner] == pytest.approx(density / 1.2 - 1, rel=1e-14)
+    energy = elastic_energies(problem, points)
+    stimulus = result.scene.growth.stimulus(density, energy, result.scene.material)
+    assert grid.cell_data["stimulus"][owner] == pytest.approx(stimulus, rel=1e-12)
+    sizes = grid.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
+    assert sizes.sum() == pytest.approx(1.0, rel=1e-12) and sizes.min() > 0
+    corners = basix.geometry(basix.CellType[mesh.cell_name])
+    for place, moved in zip(
+        positions(mesh, corners).reshape(-1, 3), problem.displacement_at(corners).reshape(-1, 2), strict=True
+    ):
+        node = grid.find_closest_point(place)
+        assert grid.points[node] == pytest.approx(place, abs=1e-12)
+        assert grid.point_data["displacement"][node][:2] == pytest.approx(moved, rel=1e-12, abs=1e-15)
+
+
+def elastic_energies(problem, points):
+    """Ψ₀ⁿᵉᵒ at points of the cells by DOLFINx's evaluation of the displacement's gradient and NumPy."""
+    mesh = problem.scene.mesh
+    gradient = dolfinx.fem.Expression(ufl.grad(problem.displacement), points).eval(mesh.domain, mesh.owned_cells)
+    F = np.eye(2) + gradient.reshape(-1, 2, 2)
+    return problem.scene.material.elastic_energy((F**2).sum(axis=(1, 2)) + 1, np.linalg.det(F))
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("name", ["Q1Q1", "Q2Q2", "S2Q1", "P2P2"])
+def test_raw_fields_of_nodal_densities_are_the_nodes(name, tmp_path):
+    """A continuous density keeps its own degree on disk: all its nodes and their exact values."""
+    pyvista = pytest.importorskip("pyvista")
+    variant = gx.variants.named(name)
+    result = gx.solve(block(square(3, 0.05, shape=variant.cells[0])), variant)
+    (file,) = written(tmp_path, result).glob("raw*.vtu")
+    grid = pyvista.read(file)
+    rows = np.column_stack([grid.points[:, :2], grid.point_data["density"]])
+    assert rows[np.lexsort(np.round(rows[:, :2].T, 9))] == pytest.approx(
+        densities(result.problem), rel=1e-12, abs=1e-12
+    )
+    assert np.abs(grid.point_data["displacement"]).max() > 0.01
+
+
+@pytest.mark.parametrize("name", ["Q1", "Q1P0", "P2", "Q1Q1", "P2P2"])
+def test_raw_fields_of_all_ranks_are_on_disk(name, shared_folder):
+    """Each rank writes its own cells; together they are as many as in a serial run."""
+    variant = gx.variants.named(name)
+    result = gx.solve(block(square(4, shape=variant.cells[0])), variant)
+    folder = written(shared_folder, result)
+    files = sorted(folder.glob("raw*.vtu"))
+    assert len(files) == COMM.size
+    pieces = [int(ElementTree.parse(file).getroot().find(".//Piece").get("NumberOfCells")) for file in files]
+    cells = result.scene.mesh.cell_count
+    # a continuous density's file holds the layer of ghosts, too, where there is more than one rank
+    assert sum(pieces) == result.problem.points if variant.density.local else sum(pieces) >= cells
 
 
 def test_a_run_without_steps_still_leaves_its_state(shared_folder):
@@ -205,10 +276,11 @@ def test_a_history_is_not_written_over(shared_folder):
 @variants
 def test_the_summary_is_scalars_and_json(variant):
     """What --json prints: numbers as numbers, the same on all ranks but for the clock."""
-    numbers = json.loads(json.dumps(dict(results.summary(gx.solve(block(), variant)))))
+    cells = {"quadrilateral": 9, "triangle": 18}[variant.cells[0]]
+    numbers = json.loads(json.dumps(dict(results.summary(gx.solve(block(square(shape=variant.cells[0])), variant)))))
     assert (numbers["cells"], numbers["points"], numbers["steps"], numbers["converged"]) == (
-        9,
-        9 * variant.points_per_cell("quadrilateral"),
+        cells,
+        cells * variant.points_per_cell(variant.cells[0]),
         4,
         True,
     )

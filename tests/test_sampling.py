@@ -4,14 +4,15 @@ import basix
 import dolfinx
 import numpy as np
 import pytest
-from blocks import COMM, square
+from blocks import COMM, block, cube, densities, square
 
+import growthx as gx
 from growthx import compat
 from growthx.mesh import Mesh
-from growthx.sampling import dof_positions, positions, volume_ratios
+from growthx.sampling import dof_positions, locate, positions, volume_ratios
 from growthx.variants import CATALOGUE
 
-VARIANTS = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=lambda variant: variant.name)
+VARIANTS = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 
 
 def triangles():
@@ -86,3 +87,47 @@ def test_densities_lie_where_they_are_interpolated(mesh, variant):
         value.interpolate(lambda x, i=i: x[i])
         known = np.isfinite(found[:, i])
         assert np.allclose(value.x.array[known], found[known, i], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", ["quadrilateral", "triangle"])
+def test_places_are_located_in_their_cells(shape):
+    """Where a place lies in its cell: mapped forward it must be the place, also in distorted cells and at corners."""
+    mesh = square(4, 0.1, shape=shape)
+    places = np.vstack([np.random.default_rng(0).uniform(size=(200, 2)), [[0.0, 0.0], [1.0, 1.0], [0.0, 0.5]]])
+    cells, X = locate(mesh, places)
+    here = cells >= 0
+    assert np.all(COMM.allreduce(here.astype(int)) >= 1)
+    at = np.array([positions(mesh, X[i : i + 1])[cells[i], 0, :2] for i in np.flatnonzero(here)])
+    assert at == pytest.approx(places[here], abs=1e-12)
+    assert X[here].min() > -1e-9 and X[here].max() < 1 + 1e-9
+
+
+@pytest.mark.parametrize("shape", ["hexahedron", "tetrahedron"])
+def test_places_are_located_in_three_dimensions(shape):
+    """The same map, inverted in space."""
+    mesh = cube(2, 0.05, shape=shape)
+    places = np.random.default_rng(0).uniform(0.01, 0.99, size=(50, 3))
+    cells, X = locate(mesh, places)
+    here = cells >= 0
+    assert np.all(COMM.allreduce(here.astype(int)) >= 1)
+    at = np.array([positions(mesh, X[i : i + 1])[cells[i], 0] for i in np.flatnonzero(here)]).reshape(-1, 3)
+    assert at == pytest.approx(places[here], abs=1e-12)
+
+
+def test_places_outside_are_in_no_cell():
+    """A place beside the body has no density: NaN when sampled, not that of the nearest cell."""
+    mesh = square(4)
+    assert np.all(locate(mesh, np.array([[1.2, 0.5], [-3.0, 0.1]]))[0] == -1)
+    problem = gx.discretise(block(mesh), gx.Q1)
+    assert np.isnan(problem.sample_density(np.array([[1.2, 0.5], [0.5, 0.5]]))).tolist() == [True, False]
+
+
+@VARIANTS
+def test_samples_are_the_density_as_the_variant_knows_it(variant):
+    """Each integration point's at its own place, a nodal density at its nodes, the same on all ranks."""
+    start = lambda x: 1 + 0.5 * x[0] + 0.2 * x[1]  # noqa: E731
+    problem = gx.discretise(block(square(3, 0.05, shape=variant.cells[0]), initial_density=start), variant)
+    x, y, rho = densities(problem).T
+    found = problem.sample_density(np.column_stack([x, y]))
+    assert found == pytest.approx(rho, rel=1e-12)
+    assert all(np.array_equal(found, other) for other in COMM.allgather(found))

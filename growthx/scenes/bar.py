@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import basix
 import numpy as np
 from mpi4py import MPI
 
@@ -14,7 +13,7 @@ from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
 from growthx.material import Material
-from growthx.sampling import positions
+from growthx.sampling import positions, reference_corners
 from growthx.scene import Program, Scene, Support, Traction
 
 if TYPE_CHECKING:
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
     from growthx.mesh import Mesh
 
+WIDTH = 0.01
 TRACTION = 2.0
 ATTRACTOR_LEVELS = (2.0, 1.75, 1.5, 1.25, 1.0)  # from either end to mid-length, each on a tenth of the length
 
@@ -66,7 +66,8 @@ def bar(
 ) -> Scene:
     """Bar [0, 1] × 0.01 of `elements` × 1 quadrilaterals, clamped on the left, dead traction (2, 0) on the right.
 
-    cells: "triangle" halves each quadrilateral, with diagonals that alternate.  n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
+    cells: "triangle" halves each quadrilateral, with diagonals that alternate.
+    n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
     """
     if not isinstance(elements, int) or elements < 1:
         raise InputError(f"the number of elements is {elements!r}: a whole number from 1 would be right")
@@ -90,6 +91,13 @@ def bar(
     )
 
 
+def lower_edge(problem: Problem, count: int = 2000) -> Floats:
+    """Places on the bar's lower edge, a hair inside, from end to end, shape (count, 2)."""
+    x = (np.arange(count) + 0.5) / count
+    half_width = WIDTH / 2 * TRACTION / problem.traction(x)
+    return np.column_stack([x, -(1 - 1e-6) * half_width])
+
+
 def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
     """Semi-analytic state at biological equilibrium where every cross-section is free: the end of a long march."""
     growth = EnergyDrivenGrowth(float(problem.attractor(np.array([x]))[0]), scene.growth.rate, scene.growth.exponent)
@@ -111,20 +119,15 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
 
 def _right_of_middle(mesh: Mesh) -> Marks:
     """The owned cells that hold the cross-section just right of mid-length."""
-    x = positions(mesh, _corners(mesh))[:, :, 0]
+    x = positions(mesh, reference_corners(mesh.cell_name))[:, :, 0]
     middle = 0.5 + 1e-9
     return np.asarray((x.min(axis=1) < middle) & (middle < x.max(axis=1)))
-
-
-def _corners(mesh: Mesh) -> Floats:
-    """Corners of the reference cell, shape (corners, 2)."""
-    return np.asarray(basix.geometry(basix.CellType[mesh.cell_name]))
 
 
 def end_displacement(discretisation: Discretisation) -> float:
     """Axial displacement (length) of a corner of the loaded end."""
     mesh = discretisation.scene.mesh
-    corners = _corners(mesh)
+    corners = reference_corners(mesh.cell_name)
     x, u = positions(mesh, corners).reshape(-1, 3), discretisation.displacement_at(corners).reshape(-1, 2)
     at_end = np.isclose(x[:, 0], 1.0)
     found = zip(x[at_end, 1].round(9).tolist(), u[at_end, 0].tolist(), strict=True)
