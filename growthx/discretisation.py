@@ -45,7 +45,7 @@ class Discretisation(ABC):
         variant.check(mesh.cell_name)
         self.scene = scene
         self.variant = variant
-        self.comm: MPI.Comm = domain.comm
+        self.comm: MPI.Intracomm = domain.comm
         self.compile = Compiler()
         self.displacement_space, self.density_space = self._make_spaces(
             variant.displacement_element(mesh.cell_name, mesh.dim), variant.density_element(mesh.cell_name)
