@@ -46,7 +46,7 @@ def hold(supports: Iterable[Support], mesh: Mesh, space: dolfinx.fem.FunctionSpa
         for i, value in support.components(mesh.dim):
             part = space.sub(i)
             alone, _ = compat.collapse(part)
-            # Interpolated, since the unknowns of a constant are not that constant where they are moments (serendipity).
+            # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
             constant = dolfinx.fem.Function(alone)
             constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
             dofs, dofs_alone = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, facets)

@@ -142,7 +142,7 @@ class Discretisation(ABC):
             self.nodal_load += nodal_forces(load, mesh, V, test, self.resultant, self.compile)
 
     def _translation(self, direction: int, size: int) -> Floats:
-        """The owned unknowns that move the whole body by one along a direction (not 1 each where they are moments)."""
+        """The owned unknowns that move the whole body by one along a direction."""
         dim = self.scene.mesh.dim
         moved = dolfinx.fem.Function(self.displacement_space)
         moved.interpolate(lambda x: np.outer(np.arange(dim) == direction, np.ones(x.shape[1])))

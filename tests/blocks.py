@@ -8,9 +8,11 @@ from dataclasses import replace
 import basix
 import dolfinx
 import numpy as np
+import pytest
 from mpi4py import MPI
 
 import growthx as gx
+from growthx.boundary import owned
 from growthx.newton import Newton
 from growthx.variants import SIMPLICES
 
@@ -91,8 +93,8 @@ def gathered(local):
 
 def densities(problem):
     """(x, y, ρ), or (x, y, z, ρ), of all densities of all ranks, sorted by place."""
-    dim, owned = problem.scene.mesh.dim, problem.density_space.dofmap.index_map.size_local
-    rows = np.column_stack([problem.density_positions()[:owned, :dim], problem.density.x.array[:owned]])
+    dim, count = problem.scene.mesh.dim, problem.density_space.dofmap.index_map.size_local
+    rows = np.column_stack([problem.density_positions()[:count, :dim], problem.density.x.array[:count]])
     return _sorted_by_place(gathered(rows), dim)
 
 
@@ -102,9 +104,9 @@ def displacements(problem):
     space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("Lagrange", 1, (dim,)))
     corners = dolfinx.fem.Function(space)
     corners.interpolate(problem.displacement)
-    owned = space.dofmap.index_map.size_local
-    u = corners.x.array[: dim * owned].reshape(-1, dim)
-    return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:owned, :dim], u])), dim)
+    count = space.dofmap.index_map.size_local
+    u = corners.x.array[: dim * count].reshape(-1, dim)
+    return _sorted_by_place(gathered(np.column_stack([space.tabulate_dof_coordinates()[:count, :dim], u])), dim)
 
 
 def _sorted_by_place(rows, dim):
@@ -148,26 +150,43 @@ def tangent(problem):
 
 def differences(problem, step=1e-6):
     """The same matrix by central differences of the out-of-balance forces; held unknowns get unit rows and columns."""
-    unknown, size = problem.unknown.x.array, len(problem.nodal_load)
-    first = COMM.exscan(size) or 0
-    held = {first + dof for condition in problem.conditions for dof in _owned(condition)}
-    held = set().union(*COMM.allgather(held))
-    start = unknown.copy()
-    columns = []
-    for j in range(COMM.allreduce(size)):
-        forces = []
-        for sign in (1, -1):
-            unknown[:] = start
-            if first <= j < first + size:
-                unknown[j - first] += sign * step
-            forces.append(gathered(problem.out_of_balance()))
-        unit = np.arange(len(forces[0])) == j
-        columns.append(unit.astype(float) if j in held else (forces[0] - forces[1]) / (2 * step))
-    unknown[:] = start
-    problem.out_of_balance()
+    size, held = COMM.allreduce(len(problem.nodal_load)), _held(problem)
+    units = np.eye(size)
+    columns = [units[j] if j in held else difference_along(problem, units[j], step) for j in range(size)]
     return np.array(columns).T
 
 
-def _owned(condition):
-    dofs, owned = condition.dof_indices()
-    return dofs[:owned].tolist()
+def difference_along(problem, direction, step=1e-6):
+    """Central difference of the out-of-balance forces along a direction in all unknowns of all ranks."""
+    unknown, size = problem.unknown.x.array, len(problem.nodal_load)
+    first = COMM.exscan(size) or 0
+    start, forces = unknown.copy(), []
+    for sign in (1, -1):
+        unknown[:] = start
+        unknown[:size] += sign * step * direction[first : first + size]
+        forces.append(problem.out_of_balance())
+    unknown[:] = start
+    problem.unknown.x.scatter_forward()
+    problem.update()
+    return gathered((forces[0] - forces[1]) / (2 * step))
+
+
+def assert_tangent_matches_differences(problem, exact, count=5):
+    """Along random directions, in which any wrong entry shows, at the cost of a few differences."""
+    for direction in free_directions(problem, count):
+        difference = difference_along(problem, direction)
+        assert exact @ direction == pytest.approx(difference, rel=1e-6, abs=1e-8 * np.abs(difference).max())
+
+
+def free_directions(problem, count):
+    """Random directions in all unknowns of all ranks, zero where they are held, shape (count, unknowns)."""
+    directions = np.random.default_rng(0).normal(size=(count, COMM.allreduce(len(problem.nodal_load))))
+    directions[:, sorted(_held(problem))] = 0.0
+    return directions
+
+
+def _held(problem):
+    """Numbers of the held unknowns, over all ranks."""
+    first = COMM.exscan(len(problem.nodal_load)) or 0
+    own = {int(first + dof) for condition in problem.conditions for dof in owned(condition)}
+    return set().union(*COMM.allgather(own))

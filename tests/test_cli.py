@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from growthx import cli
+from growthx.variants import CATALOGUE
 
 pytestmark = pytest.mark.serial
 MESHES = Path(__file__).parent.parent / "meshes"
@@ -57,7 +59,7 @@ COMMON = {
     [
         (["bar", "--elements", "10", "--variant", "q1q1"], {"midpoint_density_change", "end_displacement"}),
         (["femur", "--size", "8", "--until", "8", "--variant", "Q1"], {"zones", "bone"}),
-        (["plate", "--n", "4"], {"tip_displacement"}),
+        (["plate", "--n", "4", "--cells", "triangle"], {"tip_displacement"}),
     ],
 )
 def test_json_has_one_object_with_scalars(arguments, own, tmp_path):
@@ -69,13 +71,77 @@ def test_json_has_one_object_with_scalars(arguments, own, tmp_path):
     assert os.listdir(tmp_path) == []  # nothing is written that nobody asked for
 
 
-def test_counts_of_the_paper(tmp_path):
-    """The paper's mesh of 658 cells has its unknowns; two splits have its finer meshes' cells."""
-    mesh = MESHES / "femur_658.msh"
-    for variant, dofs in (("Q1Q1", 2175), ("Q1P0", 1450), ("Q1", 1450)):
-        found = answer("femur", "--mesh", mesh, "--variant", variant, "--until", 4, folder=tmp_path)
-        assert (found["cells"], found["dofs"], found["points"]) == (658, dofs, 4 * 658)
-    assert answer("femur", "--mesh", mesh, "--refine", 2, "--until", 4, folder=tmp_path)["cells"] == 2632
+@pytest.fixture
+def in_process(capsys, monkeypatch, tmp_path):
+    """`growthx` in this process, which spares the start of another one: status, stdout and stderr."""
+
+    def run(*arguments):
+        before = signal.getsignal(signal.SIGTERM)
+        try:
+            status = cli.main([str(argument) for argument in arguments])
+        finally:
+            signal.signal(signal.SIGTERM, before)
+        return status, *capsys.readouterr()
+
+    monkeypatch.chdir(tmp_path)
+    return run
+
+
+@pytest.fixture
+def found(in_process):
+    """The JSON object of a run in this process."""
+
+    def run(*arguments):
+        status, out, err = in_process(*arguments, "--json")
+        assert status == 0, err
+        return json.loads(out)
+
+    return run
+
+
+# Nodes of 10 elements in a row: 22 corners, 63 of quadratic elements, 53 of serendipity; triangles have as many.
+@pytest.mark.parametrize(
+    ("name", "dofs", "points"),
+    [
+        ("Q1Q1", 3 * 22, 40),
+        ("Q2Q2", 3 * 63, 90),
+        ("S2Q1", 2 * 53 + 22, 40),
+        ("Q1P0", 2 * 22, 40),
+        ("Q1", 2 * 22, 40),
+        ("Q2", 2 * 63, 90),
+        ("Q1sri", 2 * 22, 40),
+        ("S2fri", 2 * 53, 40),
+        ("P1P1", 3 * 22, 60),
+        ("P2P2", 3 * 63, 120),
+        ("P2P1", 2 * 63 + 22, 60),
+        ("P1P0", 2 * 22, 20),
+        ("P1", 2 * 22, 20),
+        ("P2", 2 * 63, 60),
+    ],
+)
+def test_every_variant_runs_by_its_name(name, dofs, points, found):
+    """On the bar of the paper's table 1, with its unknowns; points are those at which the stress is evaluated."""
+    cells = "quadrilateral" if name[0] in "QS" else "triangle"
+    bar = found("bar", "--elements", 10, "--cells", cells, "--variant", name.lower())
+    assert (bar["variant"], bar["dofs"], bar["points"]) == (name, dofs, points)
+    assert bar["cells"] == (10 if cells == "quadrilateral" else 20)
+    assert bar["converged"] is True and bar["end_displacement"] == pytest.approx(2.37, abs=0.005)
+
+
+def test_the_default_variant_follows_the_cells(found):
+    """Q1P0 or P1P0, on each scene: nobody who asks for triangles should have to know a second word for it."""
+    for arguments in (["bar", "--elements", 10], ["plate", "--n", 2], ["femur", "--size", 9, "--until", 4]):
+        assert found(*arguments)["variant"] == "Q1P0"
+        halved = found(*arguments, "--cells", "triangle")
+        assert halved["variant"] == "P1P0" and halved["points"] == halved["cells"]
+
+
+def test_counts_of_the_paper(found):
+    """The femur's own mesh, and the same given as a file, has its 658 cells; a split has its finer mesh's."""
+    assert found("femur", "--until", 4)["cells"] == 658
+    femur = found("femur", "--mesh", MESHES / "femur_658.msh", "--variant", "Q1Q1", "--until", 4)
+    assert (femur["cells"], femur["dofs"], femur["points"]) == (658, 2175, 4 * 658)
+    assert found("femur", "--refine", 2, "--until", 4)["cells"] == 2632
 
 
 def test_two_ranks_give_the_same_object(tmp_path):
@@ -92,7 +158,24 @@ def test_two_ranks_give_the_same_object(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["bar", "--variant", "Q7"], "there is no variant 'Q7': one of Q1Q1, Q1P0, Q1 would be right"),
+        (["bar", "--variant", "Q7"], f"there is no variant 'Q7': one of {', '.join(CATALOGUE)} would be right"),
+        (
+            ["bar", "--cells", "triangle", "--variant", "Q1"],
+            "Q1 is a discretisation for quadrilaterals and hexahedra, and the mesh has triangles: P1P1, P2P2, P2P1, P",
+        ),
+        (
+            ["plate", "--n", "2", "--variant", "P1"],
+            "P1 is a discretisation for triangles and tetrahedra, and the mesh ",
+        ),
+        (
+            ["bar", "--cells", "squares"],
+            "there are no cells 'squares' in the plane: quadrilateral or triangle would be",
+        ),
+        (
+            ["femur", "--cells", "tetrahedron"],
+            "there are no cells 'tetrahedron' in the plane: quadrilateral or triangle",
+        ),
+        (["plate", "--cells", "hexahedron"], "there are no cells 'hexahedron' in the plane: quadrilateral or triangle"),
         (["bar", "--dt", "0"], "the time step Δt is 0: a positive number would be right"),
         (["bar", "--dt", "nan"], "the time step Δt is nan: a positive number would be right"),
         (["bar", "--m", "-1"], "the exponent m is -1: a number of at least 0 would be right"),
@@ -103,19 +186,31 @@ def test_two_ranks_give_the_same_object(tmp_path):
         (["femur", "--loads", "all"], "there is no load combination 'all': one of average, superposed"),
         (["femur", "--mesh", "no.msh"], "there is no file no.msh"),
         (["femur", "--mesh", MESHES / "bar.geo"], "the mesh has no boundary named 'distal'; it has 'left', 'right'"),
-        (["femur", "--mesh", "no.msh", "--size", "2"], "--size 2 is for the built-in outline"),
+        (["femur", "--mesh", "no.msh", "--size", "2"], "--size 2.0 is for the built-in outline: with --mesh, "),
+        (
+            ["femur", "--mesh", "no.msh", "--cells", "triangle"],
+            "--cells triangle is for the built-in outline: with --mesh",
+        ),
         (["plate", "--n", "0"], "the number of cells over the plate's height is 0: a whole number from 1"),
         (["tibia"], "invalid choice: 'tibia'"),
         ([], "the following arguments are required: SCENE"),
     ],
 )
-def test_bad_input_is_one_sentence(arguments, sentence, tmp_path):
+def test_bad_input_is_one_sentence(arguments, sentence, in_process):
     """A user's mistake is answered with the value and what would be right, status 2, and no traceback."""
-    run = growthx(*arguments, folder=tmp_path)
-    assert run.returncode == 2
-    assert sentence in run.stderr
-    assert run.stderr.startswith("growthx: ") and run.stderr.count("\n") == 1
-    assert run.stdout == ""
+    status, out, err = in_process(*arguments)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.startswith("growthx: ") and err.count("\n") == 1
+
+
+def test_bad_input_ends_the_program(tmp_path):
+    """Its status and its sentence must reach the shell."""
+    run = growthx("bar", "--cells", "triangle", "--variant", "Q1sri", folder=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert (
+        run.stderr.startswith("growthx: Q1sri is a discretisation for quadrilaterals") and run.stderr.count("\n") == 1
+    )
 
 
 def test_bad_input_in_parallel_is_said_once(tmp_path):

@@ -43,7 +43,7 @@ def recursion(n, m):
 def test_every_variant_is_the_scalar_equation(variant, distortion, n, m):
     """Constants, signs, plane strain, the ramp and the time integration are all in these few numbers."""
     scene = block(
-        square(3, distortion),
+        square(2, distortion, shape=variant.cells[0]),
         material=gx.Material(E, NU, REFERENCE, n),
         growth=gx.EnergyDrivenGrowth(ATTRACTOR, RATE, m),
         supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),

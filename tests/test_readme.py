@@ -49,7 +49,9 @@ def test_script_runs(tmp_path):
 
 def test_what_is_named_is_there():
     """Files and options the README speaks of exist."""
-    for name in re.findall(r"`((?:demos|meshes|docs)/[\w.]+|[\w.]+\.(?:cff|txt))`|\(((?:docs|benchmarks/results)/[\w.]+)\)", README):
+    for name in re.findall(
+        r"`((?:demos|meshes|docs)/[\w.]+|[\w.]+\.(?:cff|txt))`|\(((?:docs|benchmarks/results)/[\w.]+)\)", README
+    ):
         assert (ROOT / (name[0] or name[1])).exists()
     (apt,) = (line for line in COMMANDS if "apt install" in line)
     packages = subprocess.run(

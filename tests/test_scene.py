@@ -101,21 +101,21 @@ def test_a_support_takes_numbers_only(value):
 
 def test_a_uniform_traction_is_the_same_everywhere():
     """A vector given once must reach every point, one column each."""
-    assert np.array_equal(Traction("right", (2.0, -1)).traction(POINTS), [[2.0] * 3, [-1.0] * 3])
+    assert np.array_equal(Traction("right", (2.0, -1)).intensity(POINTS), [[2.0] * 3, [-1.0] * 3])
     assert Traction("right", (2.0, -1)).resultant is None
 
 
 def test_a_traction_may_be_a_function_of_position():
     """It is taken as it is, not scaled."""
     load = Traction("right", lambda x: np.stack([x[0], 2 * x[1]]))
-    assert np.array_equal(load.traction(POINTS), [POINTS[0], 2 * POINTS[1]]) and load.resultant is None
+    assert np.array_equal(load.intensity(POINTS), [POINTS[0], 2 * POINTS[1]]) and load.resultant is None
 
 
 def test_a_distributed_force_is_parallel_to_its_resultant():
     """The weight may only change the size of the traction: else the resultant could not be met by one factor."""
     load = DistributedForce("right", (3.0, -4.0), lambda x: x[0])
-    assert np.array_equal(load.traction(POINTS), [[0, 1.5, 3], [0, -2, -4]]) and load.resultant == (3.0, -4.0)
-    assert np.array_equal(DistributedForce("right", (3.0, -4.0)).traction(POINTS), [[3.0] * 3, [-4.0] * 3])
+    assert np.array_equal(load.intensity(POINTS), [[0, 1.5, 3], [0, -2, -4]]) and load.resultant == (3.0, -4.0)
+    assert np.array_equal(DistributedForce("right", (3.0, -4.0)).intensity(POINTS), [[3.0] * 3, [-4.0] * 3])
 
 
 @pytest.mark.parametrize("load", [Traction, DistributedForce])

@@ -136,3 +136,61 @@ def test_displacement_is_read_at_a_corner_of_the_right_end(variant):
     discretised = gx.discretise(bar(CONTINUOUS, 10), variant)
     discretised.displacement.interpolate(lambda x: np.stack([3 * x[0] ** 2, 100 + x[1]]))
     assert end_displacement(discretised) == pytest.approx(3.0, rel=1e-12)
+
+
+# -- triangles ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", [DISCONTINUOUS, CONTINUOUS], ids=lambda problem: problem.name)
+def test_triangles_halve_the_quadrilaterals(problem):
+    """The same bar: two cells for one, each with the level of its own tenth, the same load."""
+    scene = bar(problem, 20, cells="triangle")
+    assert (scene.mesh.cell_name, scene.mesh.cell_count) == ("triangle", 40)
+    assert (
+        attractors(scene).tolist() == (np.repeat(LEVELS, 4) if problem is DISCONTINUOUS else np.full(40, 2.0)).tolist()
+    )
+    discretised = gx.discretise(scene, gx.P1P0)
+    assert np.allclose(discretised.resultant(discretised.nodal_load), [0.02, 0.0], rtol=0, atol=1e-15)
+    assert discretised.mass() == pytest.approx(0.01 if problem is DISCONTINUOUS else 0.0075, rel=1e-12)
+
+
+@pytest.mark.parametrize(("cells", "shown"), [("hexahedron", "hexahedron"), ("triangles", "triangles"), ("", "")])
+def test_unknown_cells_are_refused(cells, shown):
+    """A bar in the plane has no hexahedra, and a plural is a mistake easily made."""
+    with pytest.raises(InputError) as caught:
+        bar(cells=cells)
+    assert str(caught.value) == f"there are no cells '{shown}' in the plane: quadrilateral or triangle would be right"
+
+
+@pytest.mark.parametrize("variant", [gx.P1P1, gx.P2P1, gx.P2, gx.P1P0], ids=lambda variant: variant.name)
+def test_density_and_displacement_are_read_alike_on_triangles(variant):
+    """The reading rule, on ρ = 1 + x: the point nearest to x = 0.5 to the right of it, whatever the diagonals."""
+    discretised = gx.discretise(bar(CONTINUOUS, 40, cells="triangle"), variant)
+    discretised.density.interpolate(lambda x: 1 + x[0])
+    place = {"P1P1": 0.0, "P2P1": 0.0, "P2": 1 / 6, "P1P0": 1 / 3}[variant.name] / 40
+    assert midpoint_density_change(discretised) == pytest.approx(0.5 + place, abs=1e-9)
+    discretised.displacement.interpolate(lambda x: np.stack([3 * x[0] ** 2, 100 + x[1]]))
+    assert end_displacement(discretised) == pytest.approx(3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("variant", "place"),
+    [
+        (gx.Q2Q2, 0.0),
+        (gx.S2Q1, 0.0),
+        (gx.Q2, 0.5 - np.sqrt(0.15)),
+        (gx.Q1sri, 0.5),
+        (gx.S2fri, 0.5 - 0.5 / np.sqrt(3)),
+    ],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_density_and_displacement_of_other_quadrilaterals(variant, place):
+    """The same rule for three rows of densities and for mid-edge nodes, whose displacement is not what is asked."""
+    discretised = gx.discretise(bar(CONTINUOUS, 40), variant)
+    discretised.density.interpolate(lambda x: 1 + x[0])
+    assert midpoint_density_change(discretised) == pytest.approx(0.5 + place / 40, abs=1e-9)
+    discretised.density.interpolate(lambda x: 1 + np.where(x[1] < -1e-4, 0.25, 0.75))
+    if discretised.density_space.dofmap.dof_layout.num_dofs > 1:
+        assert midpoint_density_change(discretised) == pytest.approx(0.25, abs=1e-12)
+    discretised.displacement.interpolate(lambda x: np.stack([1 + x[1] / 0.005, 100 + x[1]]))
+    assert end_displacement(discretised) == pytest.approx(0.0, abs=1e-12)

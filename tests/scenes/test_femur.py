@@ -8,7 +8,7 @@ import pytest
 from blocks import COMM, gathered, square
 
 import growthx as gx
-from growthx import meshing
+from growthx import meshing, variants
 from growthx.errors import InputError
 from growthx.scenes.femur import AVERAGE, SUPERPOSED, abductor_weight, combination, femur, outline, zones
 from growthx.zones import area_means
@@ -30,9 +30,9 @@ def forces(name):
     return -joint * np.array([np.sin(a), np.cos(a)]), abductor * np.array([np.sin(b), np.cos(b)])
 
 
-def resultant(scene, variant=gx.Q1P0):
+def resultant(scene, variant=None):
     """Sum of the nodal load (N per mm of thickness)."""
-    discretised = gx.discretise(scene, variant)
+    discretised = gx.discretise(scene, variant or variants.default(scene.mesh.cell_name))
     return discretised.resultant(discretised.nodal_load)
 
 
@@ -42,12 +42,12 @@ def joint_weight(name):
     return femur(mesh, weights=ONE_CASE[name]).loads[0].weight
 
 
-@pytest.fixture(scope="module", params=["658 cells", "size 5"])
+@pytest.fixture(scope="module", params=["658 cells", "size 5", "triangles"])
 def mesh(request):
-    """Two meshes of the femur."""
+    """Three meshes of the femur."""
     if request.param == "658 cells":
-        return meshing.read(meshing.locate("femur_658.msh"))
-    return meshing.read(meshing.locate("femur.geo"), size=5.0)
+        return femur().mesh
+    return femur(size=5.0, cells="triangle" if request.param == "triangles" else "quadrilateral").mesh
 
 
 @pytest.fixture(scope="module")
@@ -76,11 +76,14 @@ def test_cases_are_superposed_with_their_weights(mesh, weights):
     assert np.linalg.norm(error) <= 1e-12 * np.linalg.norm(expected)
 
 
-def test_resultants_are_exact_in_a_mixed_space():
-    """Q1Q1 assembles the loads into a space with densities in between: they must not count as forces."""
-    mesh = meshing.read(meshing.locate("femur.geo"), size=5.0)
+@pytest.mark.parametrize(
+    "variant", [v for v in variants.CATALOGUE.values() if v not in variants.DEFAULTS], ids=lambda variant: variant.name
+)
+def test_resultants_are_exact_whatever_the_unknowns(variant):
+    """Densities between the displacements are no forces, and those of serendipity are moments along the edges."""
     expected = sum(forces("midstance of gait"))
-    error = 30.0 * resultant(femur(mesh, weights=ONE_CASE["midstance of gait"]), gx.Q1Q1) - expected
+    scene = femur(size=8.0, cells=variant.cells[0], weights=ONE_CASE["midstance of gait"])
+    error = 30.0 * resultant(scene, variant) - expected
     assert np.linalg.norm(error) <= 1e-12 * np.linalg.norm(expected)
 
 
@@ -132,7 +135,7 @@ def test_zones_by_name(mesh):
         *("strut", "calcar", "ward", "arcuate", "lat_cortex", "med_cortex"),
         *("canal", "gt_tip", "head_superolateral", "head_inferomedial"),
     }
-    means = area_means(gx.discretise(femur(mesh), gx.Q1P0), zones())
+    means = area_means(gx.discretise(femur(mesh), variants.default(mesh.cell_name)), zones())
     assert means == pytest.approx(dict.fromkeys(zones(), 1.2), rel=1e-13)
 
 
@@ -179,4 +182,24 @@ def test_an_own_mesh_elsewhere_is_refused():
     domain = dolfinx.mesh.create_unit_square(COMM, 4, 4)
     small = gx.Mesh.with_names(domain, {"distal": lambda x: x[1] < 1e-6, "surface": lambda x: x[1] > 1 - 1e-6})
     with pytest.raises(InputError, match=r"^the force \(.*\) on 'surface' has no weight there: a positive one is "):
-        gx.discretise(femur(small), gx.Q1P0)
+        gx.discretise(femur(small), gx.P1P0)
+
+
+# -- its mesh ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_default_mesh_is_the_papers_on_every_gmsh():
+    """658 cells come from a file, since versions of gmsh differ; a size, or triangles, ask gmsh."""
+    own = femur().mesh
+    assert (own.cell_name, own.cell_count, own.domain.geometry.index_map().size_global) == ("quadrilateral", 658, 725)
+    triangles, coarse = femur(cells="triangle").mesh, femur(size=7.0).mesh
+    assert triangles.cell_name == "triangle" and 1.5 * 658 < triangles.cell_count < 2.5 * 658
+    assert coarse.cell_name == "quadrilateral" and coarse.cell_count < 300
+    assert femur(refine=2).mesh.cell_count == 4 * 658
+
+
+def test_unknown_cells_are_refused():
+    """Before gmsh is started."""
+    with pytest.raises(InputError) as caught:
+        femur(cells="hexahedron")
+    assert str(caught.value) == "there are no cells 'hexahedron' in the plane: quadrilateral or triangle would be right"
