@@ -12,7 +12,7 @@ from typing import Any
 
 import ufl
 
-from growthx.growth import EnergyDrivenGrowth
+from growthx.growth import GrowthLaw
 from growthx.kinematics import deformation_gradient
 from growthx.material import Material
 
@@ -22,7 +22,7 @@ def storage(rho: Any, old_rho: Any, test: Any, time_step: Any, dV: ufl.Measure) 
     return test * (rho - old_rho) / time_step * dV
 
 
-def source(rho: Any, u: Any, test: Any, growth: EnergyDrivenGrowth, material: Material, dV: ufl.Measure) -> ufl.Form:
+def source(rho: Any, u: Any, test: Any, growth: GrowthLaw, material: Material, dV: ufl.Measure) -> ufl.Form:
     """∫ δρ R₀ dV with the mass source R₀ (6)."""
     energy = material.energy(deformation_gradient(u))
     return test * growth.mass_source(rho, energy, material) * dV

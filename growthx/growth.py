@@ -1,45 +1,212 @@
-"""The mass source, written once for floats, arrays and UFL; knows nothing of meshes and solvers."""
+"""Mass sources, written once for floats, arrays and UFL; they know nothing of meshes and solvers.
+
+All have the form R₀ = c { S − S* }: a stimulus S meets its attractor S*.  The stimulus is a power of the density times a
+function of the elastic energy,
+
+    S = [ρ/ρ*]^k D(Ψ₀ⁿᵉᵒ),
+
+which each law states by its `power` k and its `drive` D.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from growthx.errors import require, require_number
+from growthx.errors import InputError, require, require_number
 from growthx.fields import Field
-from growthx.material import Material, exact_exponent
+from growthx.material import Material, exact_exponent, sqrt
+
+ROUNDING = 0.1  # share of a dead zone's half-width over which each of its edges is rounded
+REST = 1e-6  # strain below which an equivalent strain, whose slope at rest is infinite, is rounded
 
 
 @dataclass(frozen=True)
-class EnergyDrivenGrowth:
-    """Mass source driven by the free energy, R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* } (6).
+class GrowthLaw(ABC):
+    """A mass source R₀ = c { S − S* } with a stimulus S yet to be stated.
 
-    attractor: attractor stimulus Ψ₀* (energy per reference volume), a number or a field.
-    rate: c (density per time and per energy per volume).
-    exponent: m (no unit); the model is well posed for m > n.
+    attractor: attractor stimulus S*, a number or a field, in the unit of the stimulus.
+    rate: c (density per time and per stimulus), a number or a field.
+    dead_zone: half-width of the zone about the attractor without a response (Carter's lazy zone), a number in the unit
+    of the stimulus; its edges are rounded, so that the source is smooth.
+    bounds: lowest and highest density, None where there is none: density that reaches a bound stays there for as long
+    as the source points beyond it.
     """
 
     attractor: Field
-    rate: float = 1.0
-    exponent: float = 3.0
+    rate: Field = 1.0
+    dead_zone: float = field(default=0.0, kw_only=True)
+    bounds: tuple[float | None, float | None] = field(default=(None, None), kw_only=True)
 
     coefficients: ClassVar = ("attractor", "rate")
 
     def __post_init__(self) -> None:
         require(self.attractor, "the attractor stimulus Ψ₀*", "a number of at least 0", lambda psi: psi >= 0)
         require(self.rate, "the growth rate c", "a number of at least 0", lambda c: c >= 0)
-        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
+        require_number(self.dead_zone, "the dead zone's half-width", "a number of at least 0", lambda w: w >= 0)
+        if len(self.bounds) != 2:
+            raise InputError(f"the bounds of density are {self.bounds}: the lowest and the highest would be right")
+        for bound in self.bounds:
+            if bound is not None:
+                require_number(bound, "a bound of density", "a positive number or None", lambda rho: rho > 0)
+        if self.limits[0] >= self.limits[1]:
+            raise InputError(f"the bounds of density are {self.bounds}: the lowest before the highest would be right")
+
+    @abstractmethod
+    def power(self, material: Material) -> float:
+        """The exponent k of the relative density in the stimulus."""
+
+    @abstractmethod
+    def drive(self, elastic_energy: Any, material: Material) -> Any:
+        """The stimulus D at the reference density, of the elastic energy Ψ₀ⁿᵉᵒ (energy per reference volume)."""
+
+    linear: ClassVar[bool]  # whether the drive is proportional to the elastic energy
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the source at a given density is linear in the elastic energy: its mean is then that of its mean."""
+        return self.linear and self.dead_zone == 0
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest density, with zero and infinity where there is no bound."""
+        low, high = self.bounds
+        return 0.0 if low is None else float(low), math.inf if high is None else float(high)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether there is a bound of density."""
+        return self.bounds != (None, None)
 
     def stimulus(self, density: Any, elastic_energy: Any, material: Material) -> Any:
-        """[ρ/ρ*]^(−m) Ψ₀ = [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ, energy per reference volume."""
-        exponent = exact_exponent(material.density_exponent - self.exponent)
-        return (density / material.reference_density) ** exponent * elastic_energy
+        """S = [ρ/ρ*]^k D(Ψ₀ⁿᵉᵒ)."""
+        relative = density / material.reference_density
+        return relative ** exact_exponent(self.power(material)) * self.drive(elastic_energy, material)
 
     def mass_source(self, density: Any, elastic_energy: Any, material: Material) -> Any:
         """R₀ (6), density per time."""
-        return self.rate * (self.stimulus(density, elastic_energy, material) - self.attractor)
+        return self.rate * self._response(self.stimulus(density, elastic_energy, material) - self.attractor)
 
     def mass_source_slope(self, density: Any, elastic_energy: Any, material: Material) -> Any:
-        """∂_ρ R₀ = c [n−m]/ρ · [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ, per time."""
-        exponent = material.density_exponent - self.exponent
-        return self.rate * exponent * self.stimulus(density, elastic_energy, material) / density
+        """∂_ρ R₀ = c k S/ρ, times the slope of the response at a dead zone, per time."""
+        stimulus = self.stimulus(density, elastic_energy, material)
+        slope = self.rate * self.power(material) * stimulus / density
+        return slope if self.dead_zone == 0 else slope * self._response_slope(stimulus - self.attractor)
+
+    def _response(self, excess: Any) -> Any:
+        """The excess of the stimulus over the attractor; with a dead zone, what of it lies outside.
+
+        ½ [x − w + √((x − w)² + ε²)] − ½ [−x − w + √((x + w)² + ε²)], odd in x.
+        """
+        if self.dead_zone == 0:
+            return excess
+        inner, outer, soft = self._edges(excess)
+        return (sqrt(inner**2 + soft) - sqrt(outer**2 + soft)) / 2 + excess
+
+    def _response_slope(self, excess: Any) -> Any:
+        inner, outer, soft = self._edges(excess)
+        return (inner / sqrt(inner**2 + soft) - outer / sqrt(outer**2 + soft)) / 2 + 1
+
+    def _edges(self, excess: Any) -> tuple[Any, Any, float]:
+        return excess - self.dead_zone, excess + self.dead_zone, (ROUNDING * self.dead_zone) ** 2
+
+
+@dataclass(frozen=True)
+class EnergyDrivenGrowth(GrowthLaw):
+    """Mass source driven by the free energy, R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* } (6).
+
+    attractor: attractor stimulus Ψ₀* (energy per reference volume).  rate: c (density per time and per energy per
+    volume).  exponent: m (no unit); the model is well posed for m > n.
+    """
+
+    exponent: float = 3.0
+
+    linear = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
+
+    def power(self, material: Material) -> float:
+        """n − m."""
+        return material.density_exponent - self.exponent
+
+    def drive(self, elastic_energy: Any, material: Material) -> Any:
+        """Ψ₀ⁿᵉᵒ."""
+        return elastic_energy
+
+
+@dataclass(frozen=True)
+class SpecificEnergyDrivenGrowth(GrowthLaw):
+    """Mass source driven by the energy per mass, R₀ = c { Ψ₀/ρ − k } (Huiskes 1987, Weinans 1992): the case m = 1.
+
+    attractor: k (energy per mass).  rate: c (density per time and per energy per mass).
+    """
+
+    linear = True
+
+    def power(self, material: Material) -> float:
+        """n − 1."""
+        return material.density_exponent - 1
+
+    def drive(self, elastic_energy: Any, material: Material) -> Any:
+        """Ψ₀ⁿᵉᵒ/ρ*, energy per mass."""
+        return elastic_energy / material.reference_density
+
+
+@dataclass(frozen=True)
+class StrainDrivenGrowth(GrowthLaw):
+    """Mass source driven by an equivalent strain, R₀ = c { [ρ/ρ*]^(−m) ε − ε* }.
+
+    ε = √(2 Ψ₀ⁿᵉᵒ/E) is the strain of a bar of the same elastic energy.
+    attractor: ε* (no unit).  rate: c (density per time).  exponent: m (no unit).
+    """
+
+    exponent: float = 1.0
+
+    linear = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
+
+    def power(self, material: Material) -> float:
+        """−m."""
+        return -self.exponent
+
+    def drive(self, elastic_energy: Any, material: Material) -> Any:
+        """√(2 Ψ₀ⁿᵉᵒ/E), rounded at rest."""
+        return equivalent_strain(elastic_energy, material)
+
+
+@dataclass(frozen=True)
+class StressDrivenGrowth(GrowthLaw):
+    """Mass source driven by an equivalent stress, R₀ = c { [ρ/ρ*]^(−m) σ − σ* } (Carter, Beaupré 1987).
+
+    σ = [ρ/ρ*]ⁿ √(2 E Ψ₀ⁿᵉᵒ) is the stress of a bar of the same elastic energy and density.
+    attractor: σ* (stress).  rate: c (density per time and per stress).  exponent: m (no unit).
+    """
+
+    exponent: float = 3.0
+
+    linear = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
+
+    def power(self, material: Material) -> float:
+        """n − m."""
+        return material.density_exponent - self.exponent
+
+    def drive(self, elastic_energy: Any, material: Material) -> Any:
+        """√(2 E Ψ₀ⁿᵉᵒ), rounded at rest."""
+        return material.young * equivalent_strain(elastic_energy, material)
+
+
+def equivalent_strain(elastic_energy: Any, material: Material) -> Any:
+    """√(2 Ψ₀ⁿᵉᵒ/E), the strain of a bar of the same elastic energy, rounded at rest; no unit."""
+    return sqrt(2 * elastic_energy / material.young + REST**2) - REST
+

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from growthx.errors import require
 
 if TYPE_CHECKING:
-    from growthx.growth import EnergyDrivenGrowth
+    from growthx.growth import GrowthLaw
     from growthx.material import Material
 
 
@@ -23,19 +23,20 @@ class Equilibrium:
     transverse_stretch: float
 
 
-def uniaxial_equilibrium(material: Material, growth: EnergyDrivenGrowth, traction: float) -> Equilibrium:
-    """Uniaxial tension in plane strain with R₀ = 0, for uniform parameters and m ≠ n.
+def uniaxial_equilibrium(material: Material, growth: GrowthLaw, traction: float) -> Equilibrium:
+    """Uniaxial tension in plane strain with R₀ = 0, for uniform parameters and a stimulus that the density enters.
 
-    The density follows from [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ = Ψ₀* (6), the transverse stretch from P̄₂₂ = 0, and the stretch from
-    P̄₁₁ = traction (force per reference area, positive).
+    The density follows from [ρ/ρ*]^k D = S*, with the energy-driven law [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ = Ψ₀* (6), the transverse
+    stretch from P̄₂₂ = 0, and the stretch from P̄₁₁ = traction (force per reference area, positive).
     """
     require(traction, "the traction", "a positive number", lambda t: t > 0)
-    exponent = 1 / (growth.exponent - material.density_exponent)
+    exponent = -1 / growth.power(material)
 
     def state(stretch: float) -> Equilibrium:
         across = brentq(lambda s: material.principal_stresses((stretch, s, 1.0), 1.0)[1], 1e-6, 2.0, xtol=1e-15)
         energy = material.elastic_energy(stretch**2 + across**2 + 1, stretch * across)
-        return Equilibrium(material.reference_density * (energy / growth.attractor) ** exponent, stretch, across)
+        relative = (growth.drive(energy, material) / growth.attractor) ** exponent
+        return Equilibrium(material.reference_density * relative, stretch, across)
 
     def excess(stretch: float) -> float:
         at = state(stretch)

@@ -7,7 +7,7 @@ It is a quadratic for n − m = −1 and a scalar Newton iteration otherwise (th
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices, Marks
     from growthx.fields import Law
-    from growthx.growth import EnergyDrivenGrowth
+    from growthx.growth import GrowthLaw
     from growthx.material import Material
 
 MAXIMUM_ITERATIONS = 100
@@ -23,11 +23,54 @@ CLOSE = 1e-9  # a Newton step of this size, relative to the density, leaves an e
 ROUND_OFF = 8 * np.finfo(float).eps
 
 
+@dataclass(frozen=True)
+class LocalSource:
+    """The mass source of each density as a function of that density alone, at given elastic energies.
+
+    growth, material: laws whose varying parameters are arrays of shape (densities,).
+    elastic_energy: Ψ₀ⁿᵉᵒ, shape (densities,), or at several points for each density, (densities, points).
+    weights: shares of those points in the mean source of a density, (densities, points), each row with the sum one.
+    """
+
+    growth: GrowthLaw
+    material: Material
+    elastic_energy: Floats
+    weights: Floats | None = None
+
+    def rate(self, density: Floats) -> Floats:
+        """R₀, shape (densities,)."""
+        if self.weights is None:
+            return np.asarray(self.growth.mass_source(density, self.elastic_energy, self.material))
+        growth, rho, material = self._beside_points(density)
+        return self._mean(growth.mass_source(rho, self.elastic_energy, material))
+
+    def slope(self, density: Floats) -> Floats:
+        """∂_ρ R₀, shape (densities,)."""
+        if self.weights is None:
+            return np.asarray(self.growth.mass_source_slope(density, self.elastic_energy, self.material))
+        growth, rho, material = self._beside_points(density)
+        return self._mean(growth.mass_source_slope(rho, self.elastic_energy, material))
+
+    def at(self, some: Indices) -> LocalSource:
+        """The sources of some of the densities."""
+        return LocalSource(
+            _at(self.growth, some),
+            _at(self.material, some),
+            self.elastic_energy[some],
+            None if self.weights is None else self.weights[some],
+        )
+
+    def _beside_points(self, density: Floats) -> tuple[GrowthLaw, Floats, Material]:
+        """One density for all its points: columns, to stand beside the rows of energies."""
+        return _columns(self.growth), density[:, np.newaxis], _columns(self.material)
+
+    def _mean(self, at_points: Floats) -> Floats:
+        return np.asarray((self.weights * at_points).sum(axis=1))
+
+
 def solve_density(
-    growth: EnergyDrivenGrowth,
-    material: Material,
+    source: LocalSource,
     old_density: Floats,
-    elastic_energy: Floats,
     time_step: float,
     guess: Floats,
 ) -> Floats:
@@ -35,43 +78,45 @@ def solve_density(
 
     All arrays have the shape (densities,).  A root counts only if it is reached from ρₙ as Δt grows from 0: r rises
     there, 1 − Δt ∂_ρR₀ > 0, and R₀(ρₙ) points to it.  The others, which exist for m < n, are not physical.  A root
-    below the round-off of ρₙ counts as none.
+    below the round-off of ρₙ counts as none.  Where the way from ρₙ to the root meets a bound of density, the density
+    is that bound.
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         density = np.where(np.isfinite(guess) & (guess > 0), guess, old_density)
-        open_: Indices = np.arange(len(density))
+        at_bound = _at_bounds(source, old_density, time_step, density)
+        open_: Indices = np.flatnonzero(~at_bound)
         for _ in range(MAXIMUM_ITERATIONS):
-            density[open_], over = _newton_step(
-                _at(growth, open_),
-                _at(material, open_),
-                old_density[open_],
-                elastic_energy[open_],
-                time_step,
-                density[open_],
-            )
-            open_ = open_[~over]
             if len(open_) == 0:
                 break
+            density[open_], over = _newton_step(source.at(open_), old_density[open_], time_step, density[open_])
+            open_ = open_[~over]
         density[open_] = np.nan
-        direction = np.sign(growth.mass_source(old_density, elastic_energy, material))
-        density[direction * (density - old_density) < -CLOSE * old_density] = np.nan
+        direction = np.sign(source.rate(old_density))
+        lost = direction * (density - old_density) < -CLOSE * old_density
+        density[lost & ~at_bound] = np.nan
         return density
 
 
-def _newton_step(
-    growth: EnergyDrivenGrowth,
-    material: Material,
-    old: Floats,
-    energy: Floats,
-    time_step: float,
-    rho: Floats,
-) -> tuple[Floats, Marks]:
+def _at_bounds(source: LocalSource, old: Floats, time_step: float, density: Floats) -> Marks:
+    """Put densities on the bound that they would pass in this step; which they are."""
+    stopped = np.zeros(len(old), dtype=bool)
+    for bound, sign in zip(source.growth.limits, (-1, 1), strict=True):
+        if 0 < bound < np.inf:
+            at = np.full(len(old), bound)
+            # The balance has its root beyond the bound if, there, mass still flows in that direction.
+            beyond = sign * (old + time_step * source.rate(at) - at) >= 0
+            density[beyond] = bound
+            stopped |= beyond
+    return stopped
+
+
+def _newton_step(source: LocalSource, old: Floats, time_step: float, rho: Floats) -> tuple[Floats, Marks]:
     """The next densities, and for which of them the iteration is over: found, or lost and NaN."""
 
     def slope_at(density: Floats) -> Floats:
-        return np.asarray(1 - time_step * growth.mass_source_slope(density, energy, material))
+        return np.asarray(1 - time_step * source.slope(density))
 
-    residual = rho - old - time_step * growth.mass_source(rho, energy, material)
+    residual = rho - old - time_step * source.rate(rho)
     slope = slope_at(rho)
     step = residual / slope
     # Newton, but not below half the density: r may fall down there.  Where it falls, towards where it rises.
@@ -87,5 +132,14 @@ def _newton_step(
 
 def _at(law: Law, points: Indices) -> Law:
     """The law at some of the points, where its parameters are arrays over all of them."""
+    return replace(law, **{name: value[points] for name, value in _arrays(law).items()})
+
+
+def _columns(law: Law) -> Law:
+    """The law with its varying parameters as columns, to stand beside rows of points."""
+    return replace(law, **{name: value[:, np.newaxis] for name, value in _arrays(law).items()})
+
+
+def _arrays(law: Law) -> dict[str, Floats]:
     varying = {name: getattr(law, name) for name in law.coefficients}
-    return replace(law, **{name: value[points] for name, value in varying.items() if isinstance(value, np.ndarray)})
+    return {name: value for name, value in varying.items() if isinstance(value, np.ndarray)}

@@ -18,6 +18,11 @@ def ln(x: Any) -> Any:
     return ufl.ln(x) if isinstance(x, ufl.core.expr.Expr) else np.log(x)
 
 
+def sqrt(x: Any) -> Any:
+    """Square root of a float, an array or a UFL expression."""
+    return ufl.sqrt(x) if isinstance(x, ufl.core.expr.Expr) else np.sqrt(x)
+
+
 def exact_exponent(value: float) -> float | int:
     """The exponent as an integer where it is one: compilers turn integer powers into products."""
     return int(value) if float(value).is_integer() else float(value)

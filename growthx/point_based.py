@@ -20,7 +20,8 @@ from growthx.condensation import condensed_tangent
 from growthx.discretisation import Discretisation
 from growthx.fields import law_as_arrays
 from growthx.kinematics import deformation_gradient
-from growthx.local_balance import solve_density
+from growthx.local_balance import LocalSource, solve_density
+from growthx.variants import AtPoints
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -33,8 +34,10 @@ class PointBased(Discretisation):
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         super().__init__(scene, variant)
-        # ∂R₀/∂F ∝ P̄ makes it so, where both balances are taken at the same points.
-        self.symmetric = variant.one_rule
+        # ∂R₀/∂F ∝ P̄ makes it so, where both balances are taken at the same points, and for a mean of R₀ if the
+        # factor is the same at all of them.
+        self._pointwise = isinstance(variant.density, AtPoints)
+        self.symmetric = variant.one_rule and (self._pointwise or scene.growth.is_linear)
         V, u = self.displacement_space, self.displacement
         test = ufl.TestFunction(V)
         self.unknown = u
@@ -49,8 +52,7 @@ class PointBased(Discretisation):
         self._hold(V)
         self._load(test, V)
         self._shares = self.volumes if variant.one_rule else self._share(1.0)
-        energy = self.material.energy(deformation_gradient(u))
-        self._energy = self._share_form(energy)
+        self._prepare_energies()
         self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
         self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
 
@@ -60,16 +62,35 @@ class PointBased(Discretisation):
         domain = self.scene.mesh.domain
         return dolfinx.fem.functionspace(domain, displacement), dolfinx.fem.functionspace(domain, density)
 
+    def _prepare_energies(self) -> None:
+        """Compile the elastic energies that drive the densities: their means, or each if the source is not linear."""
+        energy = self.material.energy(deformation_gradient(self.displacement))
+        self._weights = None
+        if self._pointwise or self.scene.growth.is_linear:
+            self._energy = self._share_form(energy, self.density_space)
+            self._energy_dofs, self._energy_shares = self.density_dofs, self._shares[self.density_dofs]
+            return
+        mesh, degree = self.scene.mesh, self.variant.mass_degree
+        points = dolfinx.fem.functionspace(mesh.domain, basix.ufl.quadrature_element(mesh.cell_name, degree=degree))
+        self._energy = self._share_form(energy, points)
+        cells = self.growing_cells[np.argsort(self.density_space.dofmap.list[self.growing_cells, 0])]
+        self._energy_dofs = points.dofmap.list[cells]
+        self._energy_shares = assemble(self._share_form(1.0, points))[self._energy_dofs]
+        self._weights = self._energy_shares / self._energy_shares.sum(axis=1, keepdims=True)
+
     def _condensed_tangent(self) -> dolfinx.fem.Form:
         V, u, rho = self.displacement_space, self.displacement, self.density
+        self._free = dolfinx.fem.Function(self.density_space) if self.scene.growth.is_bounded else None
         both = basix.ufl.mixed_element([V.ufl_element(), self.density_space.ufl_element()])
         space = ufl.FunctionSpace(V.mesh.ufl_domain(), both)
         (test_u, test_rho), (trial_u, trial_rho) = ufl.TestFunctions(space), ufl.TrialFunctions(space)
         dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
         dM = self._with_mass_points(dV)
         momentum = balances.internal_work(u, rho, test_u, self.material, dV)
+        # What has stopped at a bound does not follow the deformation.
+        follows = test_rho if self._free is None else self._free * test_rho
         mass = balances.storage(rho, self.old_density, test_rho, self.time_step, dM) - balances.source(
-            rho, u, test_rho, self.growth, self.material, dM
+            rho, u, follows, self.growth, self.material, dM
         )
         # Two rules in one form, one of them of a single point, would assemble wrongly and silently.
         residuals = [momentum + mass] if self.variant.one_rule else [momentum, mass]
@@ -81,38 +102,40 @@ class PointBased(Discretisation):
         """The measure with the integration points of the balance of mass."""
         return volume.reconstruct(metadata={"quadrature_degree": self.variant.mass_degree})
 
-    def _share_form(self, density: Any) -> dolfinx.fem.Form:
-        """∫ · dV of a quantity per volume over the part of a cell that belongs to each density."""
-        test = ufl.TestFunction(self.density_space)
-        return self.compile.form(density * test * self._with_mass_points(self.growing_volume))
+    def _share_form(self, quantity: Any, space: dolfinx.fem.FunctionSpace) -> dolfinx.fem.Form:
+        """∫ · dV of a quantity per volume over the part of a cell that belongs to each entry of a local space."""
+        test = ufl.TestFunction(space)
+        return self.compile.form(quantity * test * self._with_mass_points(self.growing_volume))
 
-    def _share(self, density: Any) -> Floats:
-        return assemble(self._share_form(density))
+    def _share(self, quantity: Any) -> Floats:
+        return assemble(self._share_form(quantity, self.density_space))
 
     def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
         return self._share(coefficient)[self.density_dofs] / self._shares[self.density_dofs]
 
-    def _elastic_energies(self) -> Floats:
-        """Mean Ψ₀ⁿᵉᵒ over the part of a cell that belongs to each density, shape (growing densities,)."""
-        return assemble(self._energy)[self.density_dofs] / self._shares[self.density_dofs]
+    def _local_source(self) -> LocalSource:
+        """The mass source of each density at the running displacement."""
+        energy = assemble(self._energy)[self._energy_dofs] / self._energy_shares
+        return LocalSource(self._local_growth, self._local_material, energy, self._weights)
 
     def update(self) -> bool:
         """Solve the balance of mass for each density at the running displacement."""
         dofs = self.density_dofs
-        density = solve_density(
-            self._local_growth,
-            self._local_material,
-            self.old_density.x.array[dofs],
-            self._elastic_energies(),
-            float(self.time_step.value),
-            self.density.x.array[dofs],
-        )
+        source, time_step = self._local_source(), float(self.time_step.value)
+        density = solve_density(source, self.old_density.x.array[dofs], time_step, self.density.x.array[dofs])
         self.density.x.array[dofs] = density
+        if self._free is not None:
+            self._free.x.array[dofs] = ~np.isin(density, self.scene.growth.limits)
         return bool(np.all(np.isfinite(density)))
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
+        dofs = self.density_dofs
+        if self._free is not None:  # at a bound, mass follows the bound and not the source
+            stopped = self._free.x.array[dofs] == 0
+            change = (self.density.x.array[dofs] - self.old_density.x.array[dofs]) / float(self.time_step.value)
+            self._stopped = stopped, change[stopped]
         self.old_density.x.array[:] = self.density.x.array
         self._old_displacement[:] = self.displacement.x.array
 
@@ -136,10 +159,12 @@ class PointBased(Discretisation):
         return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
     def source_rate(self) -> float:
-        """∫ R₀ dV."""
+        """∫ R₀ dV; where a density has stopped at a bound, what of the source took effect in the last step."""
         dofs = self.density_dofs
-        density, energy = self.density.x.array[dofs], self._elastic_energies()
-        source = self._local_growth.mass_source(density, energy, self._local_material)
+        source = self._local_source().rate(self.density.x.array[dofs])
+        if self._free is not None:
+            stopped, change = self._stopped
+            source[stopped] = change
         return self.comm.allreduce(float(self.volumes[dofs] @ source))
 
     def _in_unknown(self, displacement: Floats) -> Floats:

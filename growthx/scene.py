@@ -16,7 +16,7 @@ from growthx.fields import Field
 if TYPE_CHECKING:
     from ufl import Measure
 
-    from growthx.growth import EnergyDrivenGrowth
+    from growthx.growth import GrowthLaw
     from growthx.material import Material
     from growthx.mesh import Mesh
 
@@ -216,7 +216,7 @@ class Scene:
     name: str
     mesh: Mesh
     material: Material
-    growth: EnergyDrivenGrowth
+    growth: GrowthLaw
     supports: tuple[Support, ...]
     loads: tuple[Load, ...]
     program: Program

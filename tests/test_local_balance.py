@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from growthx.growth import EnergyDrivenGrowth
-from growthx.local_balance import solve_density
+from growthx.local_balance import LocalSource, solve_density
 from growthx.material import Material
 
 TIME_STEPS = (1e-3, 0.1, 1.0, 10.0, 1e3, 1e6)
@@ -25,7 +25,7 @@ def states(count, seed=0):
 def solve(n, m, old, energy, time_step, guess=None):
     """The densities that the module finds, from the old densities if no guess is given."""
     growth, material = laws(n, m)
-    return solve_density(growth, material, old, energy, time_step, old if guess is None else guess)
+    return solve_density(LocalSource(growth, material, energy), old, time_step, old if guess is None else guess)
 
 
 def residual(n, m, rho, old, energy, time_step):
@@ -114,7 +114,7 @@ def test_a_spurious_root_beyond_equilibrium_is_refused():
     """ρ − 1 − 100 [½ √ρ − 1] = 0 has the roots 4.3 and 2297, though bone of density 1 < 4 can only be resorbed."""
     growth, material = EnergyDrivenGrowth(1.0, 1.0, 1.5), Material(1.0)
     for guess in (0.1, 1.0, 4.3, 2300.0):
-        root = solve_density(growth, material, np.array([1.0]), np.array([0.5]), 100.0, np.array([guess]))
+        root = solve_density(LocalSource(growth, material, np.array([0.5])), np.array([1.0]), 100.0, np.array([guess]))
         assert np.isnan(root).all()
 
 
@@ -123,7 +123,7 @@ def test_a_guess_on_the_wrong_root_is_left():
     growth, material, time_step = EnergyDrivenGrowth(0.5, 1.0, 1.0), Material(1.0, density_exponent=3.0), 0.2
     lower, upper = np.sort(np.roots([-time_step, 1.0, time_step * 0.5 - 1.0]))
     for guess in (upper, upper * (1 - 1e-12), upper * 1.5):
-        root = solve_density(growth, material, np.array([1.0]), np.array([1.0]), time_step, np.array([guess]))
+        root = solve_density(LocalSource(growth, material, np.array([1.0])), np.array([1.0]), time_step, np.array([guess]))
         assert root[0] == pytest.approx(lower, rel=1e-13)
 
 
@@ -153,10 +153,10 @@ def test_parameters_may_differ_from_point_to_point():
     random = np.random.default_rng(3)
     attractor, rate, reference = random.uniform(0.1, 2, 50), random.uniform(0.5, 2, 50), random.uniform(0.5, 2, 50)
     growth = EnergyDrivenGrowth(attractor, rate, 3.5)
-    together = solve_density(growth, Material(1.0, reference_density=reference), old, energy, 0.3, old)
+    together = solve_density(LocalSource(growth, Material(1.0, reference_density=reference), energy), old, 0.3, old)
     for i in range(50):
         growth, material = EnergyDrivenGrowth(attractor[i], rate[i], 3.5), Material(1.0, reference_density=reference[i])
-        alone = solve_density(growth, material, old[[i]], energy[[i]], 0.3, old[[i]])
+        alone = solve_density(LocalSource(growth, material, energy[[i]]), old[[i]], 0.3, old[[i]])
         assert alone[0] == pytest.approx(together[i], rel=1e-14)
 
 

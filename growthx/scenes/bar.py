@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,7 +100,7 @@ def lower_edge(problem: Problem, count: int = 2000) -> Floats:
 
 def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
     """Semi-analytic state at biological equilibrium where every cross-section is free: the end of a long march."""
-    growth = EnergyDrivenGrowth(float(problem.attractor(np.array([x]))[0]), scene.growth.rate, scene.growth.exponent)
+    growth = replace(scene.growth, attractor=float(problem.attractor(np.array([x]))[0]))
     return uniaxial_equilibrium(scene.material, growth, float(problem.traction(np.array([x]))[0]))
 
 
