@@ -1,7 +1,7 @@
 """The weak balances of mass and momentum (18), one function per term; how they are solved is not known here.
 
-    G_ρ = ∫ δρ [ρ − ρₙ]/Δt dV − ∫ δρ R₀ dV = 0
-    G_u = ∫ ∇δu : P̄ dV − ∫ δu · b̄₀ dV − ∮ δu · t dA = 0
+    G_ρ = ∫ δρ [ρ − ρₙ]/Δt dV + ∫ ∇δρ · R dV − ∮ δρ r dA − ∫ δρ R₀ dV = 0
+    G_u = ∫ δu · ρ [p − pₙ]/Δt dV + ∫ ∇δu : P̄ dV − ∮ δu · t dA − ∫ δu · b̄₀ dV = 0
 
 u: displacement (length), ρ: reference density, δu and δρ: test functions.  Each function returns a UFL form.
 """
@@ -15,6 +15,7 @@ import ufl
 from growthx.growth import GrowthLaw
 from growthx.kinematics import deformation_gradient
 from growthx.material import Material
+from growthx.transport import MassFlux
 
 
 def storage(rho: Any, old_rho: Any, test: Any, time_step: Any, dV: ufl.Measure) -> ufl.Form:
@@ -36,3 +37,19 @@ def internal_work(u: Any, rho: Any, test: Any, material: Material, dV: ufl.Measu
 def external_work(load: Any, test: Any, measure: ufl.Measure) -> ufl.Form:
     """∮ δu · t dA with the dead traction t per reference area (12), or ∫ δu · b̄₀ dV with the momentum source b̄₀ (8)."""
     return ufl.inner(load, test) * measure
+
+
+def flux(rho: Any, test: Any, law: MassFlux, material: Material, dV: ufl.Measure) -> ufl.Form:
+    """∫ ∇δρ · R dV with the mass flux R = R₀ᶠ ∇ρ (5)."""
+    return ufl.inner(law.flux(rho, material), ufl.grad(test)) * dV
+
+
+def influx(rate: Any, test: Any, dA: ufl.Measure) -> ufl.Form:
+    """∮ δρ r dA with the influx r = R · N (12)."""
+    return rate * test * dA
+
+
+def inertia(u: Any, old_u: Any, old_velocity: Any, rho: Any, test: Any, time_step: Any, dV: ufl.Measure) -> ufl.Form:
+    """∫ δu · ρ [p − pₙ]/Δt dV, the rate of momentum by implicit Euler, p = [u − uₙ]/Δt (Remark 4.2)."""
+    velocity = (u - old_u) / time_step
+    return ufl.inner(rho * (velocity - old_velocity) / time_step, test) * dV

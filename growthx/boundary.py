@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
+from mpi4py import MPI
 
 from growthx import balances, compat
 from growthx.assembly import Compiler, assemble
 from growthx.errors import InputError
+from growthx.scene import PointSupport
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 class Held:
     """One direction of a support: moved by `value` (length) at full load, where the unknowns `dofs` are `values`."""
 
-    boundary: str
+    boundary: str  # or, of a point, its place
     direction: int
     value: float
     dofs: Indices  # ghosts included
@@ -38,21 +40,39 @@ def owned(condition: dolfinx.fem.DirichletBC) -> Indices:
     return np.asarray(dofs[:count])
 
 
-def hold(supports: Iterable[Support], mesh: Mesh, space: dolfinx.fem.FunctionSpace) -> list[Held]:
+def hold(supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.fem.FunctionSpace) -> list[Held]:
     """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
     held = []
     for support in supports:
-        facets = mesh.boundary(support.on)
         for i, value in support.components(mesh.dim):
             part = space.sub(i)
             alone, _ = compat.collapse(part)
             # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
             constant = dolfinx.fem.Function(alone)
             constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
-            dofs, dofs_alone = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, facets)
+            dofs, dofs_alone = _held_dofs(support, mesh, part, alone)
             condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
-            held.append(Held(support.on, i, value, dofs, constant.x.array[dofs_alone], condition))
+            held.append(Held(support.place, i, value, dofs, constant.x.array[dofs_alone], condition))
     return held
+
+
+def _held_dofs(
+    support: Support | PointSupport, mesh: Mesh, part: dolfinx.fem.FunctionSpace, alone: dolfinx.fem.FunctionSpace
+) -> tuple[Indices, Indices]:
+    """The unknowns of one direction that a support holds, in the whole space and in that direction's own."""
+    if not isinstance(support, PointSupport):
+        found = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, mesh.boundary(support.on))
+        return found[0], found[1]
+    if len(support.at) != mesh.dim:
+        raise InputError(f"the support at {support.place} has {len(support.at)} coordinates: the mesh needs {mesh.dim}")
+    at, extent = np.array(support.at), float(np.abs(mesh.domain.geometry.x).max(initial=0.0))
+    size = mesh.domain.comm.allreduce(extent, MPI.MAX)
+    dofs, dofs_alone = dolfinx.fem.locate_dofs_geometrical(
+        (part, alone), lambda x: np.linalg.norm(x[: mesh.dim].T - at, axis=1) <= 1e-9 * size
+    )
+    if not mesh.domain.comm.allreduce(len(dofs)):
+        raise InputError(f"no node of the mesh is at {support.place}: the place of a node would be right for a support")
+    return dofs, dofs_alone
 
 
 def nodal_forces(

@@ -13,10 +13,11 @@ from mpi4py import MPI
 from growthx import balances, compat
 from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
-from growthx.errors import require
+from growthx.errors import InputError, require
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.sampling import dof_positions, locate
+from growthx.variants import AtPoints, suited
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,23 +27,45 @@ if TYPE_CHECKING:
     from growthx.variants import Variant
 
 
+def at_corners(volume: ufl.Measure) -> ufl.Measure:
+    """A measure of volume whose integration points are the corners of the cells, in equal shares."""
+    return volume.reconstruct(metadata={"quadrature_rule": "vertex", "quadrature_degree": 1})
+
+
+def _check_lumping(scene: Scene, variant: Variant) -> None:
+    """Raise InputError where masses at the corners of the cells make no sense."""
+    if scene.inertia is None or not scene.inertia.lumped:
+        return
+    right = ", ".join(
+        other.name
+        for other in suited(scene.mesh.cell_name)
+        if other.displacement.degree == 1 and not isinstance(other.density, AtPoints)
+    )
+    if variant.displacement.degree != 1 or isinstance(variant.density, AtPoints):
+        raise InputError(
+            f"{variant.name} has unknowns or densities beside the corners of the cells, where lumped inertia has its "
+            f"masses: {right} would be right"
+        )
+
+
 class Discretisation(ABC):
     """A scene discretised by a variant: one nonlinear system per time step, and the state it advances.
 
-    `unknown` is what Newton's method solves for; `residual` is the compiled form of the balances and `tangents` are
+    `unknown` is what Newton's method solves for; `residuals` are compiled forms whose sum is the balances, `tangents`
     those whose sum is its derivative, `coupling` one whose matrix has room for all of them.  The iterate becomes the
     state only in `accept_step`.
     """
 
     symmetric: bool  # whether the tangent is
     unknown: dolfinx.fem.Function
-    residual: dolfinx.fem.Form
+    residuals: list[dolfinx.fem.Form]
     tangents: list[dolfinx.fem.Form]
     coupling: dolfinx.fem.Form
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         mesh, domain = scene.mesh, scene.mesh.domain
         variant.check(mesh.cell_name)
+        _check_lumping(scene, variant)
         self.scene = scene
         self.variant = variant
         self.comm: MPI.Intracomm = domain.comm
@@ -56,7 +79,11 @@ class Discretisation(ABC):
         self.material = law_as_ufl(scene.material, mesh)
         self.growth = law_as_ufl(scene.growth, mesh)
         self.time_step = dolfinx.fem.Constant(domain, np.float64(scene.program.step))
-        self.amplitude = 0.0
+        self.time, self.amplitude = 0.0, 0.0
+        self._load_share = dolfinx.fem.Constant(domain, np.float64(0.0))
+        self._old_displacement, self._old_velocity = (
+            (dolfinx.fem.Function(self.displacement_space) if scene.inertia else None) for _ in range(2)
+        )
         self._split_cells()
         self.density_dofs = self._growing_densities()
         self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
@@ -118,15 +145,51 @@ class Discretisation(ABC):
         values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
         return np.reshape(values, (len(cells), -1))
 
-    def _growing_work(self, u: Any, rho: Any, test: Any) -> ufl.Form:
-        return balances.internal_work(u, rho, test, self.material, self.growing_volume)
+    def _momentum(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
+        """What acts inside the body in the balance of momentum: stress, open body forces, the rate of momentum."""
+        scene = self.scene
+        form = balances.internal_work(u, rho, test, self.material, dV)
+        for load in scene.open_loads:
+            if load.on is None:
+                form += balances.external_work(-self._load_share * load.force(u, rho, scene.mesh), test, dV)
+        if scene.inertia is not None and not scene.inertia.lumped:
+            form += self._inertia(u, rho, test, dV)
+        return form
 
-    def _resting_work(self, u: Any, test: Any) -> ufl.Form | None:
-        """Internal work of the regions that do not grow, at the density they have from the start."""
+    def _inertia(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
+        old_u, old_velocity = self._old_displacement, self._old_velocity
+        return balances.inertia(u, old_u, old_velocity, rho, test, self.time_step, dV)
+
+    def _resting_momentum(self, u: Any, test: Any) -> list[ufl.Form]:
+        """The same in the regions that do not grow, at the density they have from the start; none if all grow."""
         if self.resting_volume is None:
-            return None
+            return []
         rho = as_ufl(self.scene.start_density, self.scene.mesh)
-        return balances.internal_work(u, rho, test, self.material, self.resting_volume)
+        forms = [self._momentum(u, rho, test, self.resting_volume)]
+        return forms + self._lumped_inertia(u, rho, test, self.resting_volume)
+
+    def _lumped_inertia(self, u: Any, rho: Any, test: Any, volume: ufl.Measure) -> list[ufl.Form]:
+        """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
+        inertia = self.scene.inertia
+        return [self._inertia(u, rho, test, at_corners(volume))] if inertia is not None and inertia.lumped else []
+
+    def _boundary_loads(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+        """Minus the work of the loads on boundaries that depend on the state, one form for each."""
+        mesh, degree = self.scene.mesh, 2 * self.displacement_space.element.basix_element.degree
+        return [
+            balances.external_work(
+                -self._load_share * load.force(u, rho, mesh), test, mesh.boundary_measure(load.on, degree)
+            )
+            for load in self.scene.open_loads
+            if load.on is not None
+        ]
+
+    def _remember_motion(self, displacement: Floats) -> None:
+        """Make a displacement, as `displacement.x.array`, the old one of the next step, with its velocity."""
+        if self._old_displacement is not None and self._old_velocity is not None:
+            old = self._old_displacement.x.array
+            self._old_velocity.x.array[:] = (displacement - old) / float(self.time_step.value)
+            old[:] = displacement
 
     def _hold(self, space: dolfinx.fem.FunctionSpace) -> None:
         """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
@@ -137,9 +200,14 @@ class Discretisation(ABC):
         """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
         self._translations = np.array([self._translation(i, len(self.nodal_load)) for i in range(self.scene.mesh.dim)])
+        self._timed_loads: list[tuple[Callable[[float], float], Floats]] = []
         mesh, V = self.scene.mesh, self.displacement_space
-        for load in self.scene.loads:
-            self.nodal_load += nodal_forces(load, mesh, V, test, self.resultant, self.compile)
+        for load in self.scene.dead_loads:
+            forces = nodal_forces(load, mesh, V, test, self.resultant, self.compile)
+            if load.history is None:
+                self.nodal_load += forces
+            else:
+                self._timed_loads.append((load.history, forces))
 
     def _translation(self, direction: int, size: int) -> Floats:
         """The owned unknowns that move the whole body by one along a direction."""
@@ -150,10 +218,11 @@ class Discretisation(ABC):
 
     # -- what the solver of a step uses --------------------------------------------------------------------------------
 
-    def begin_step(self, time_step: float, amplitude: float) -> None:
-        """Set the step's length and load, and put the prescribed displacements on the first iterate."""
+    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:
+        """Set the step's length, load and end, and put the prescribed displacements on the first iterate."""
         self.time_step.value = time_step
-        self.amplitude = amplitude
+        self.time, self.amplitude = time, amplitude
+        self._load_share.value = amplitude
         for held in self.held:
             self.unknown.x.array[held.dofs] = amplitude * held.values
 
@@ -172,11 +241,14 @@ class Discretisation(ABC):
         return forces
 
     def force_scale(self) -> float:
-        """What nodal forces are measured against: ‖nodal dead load at full traction‖₂.
+        """What nodal forces are measured against: ‖nodal dead load at full traction‖₂, at the peaks of its histories.
 
         Without a load: E times the prescribed displacement or, if there is none, the body's size, times size^(dim − 2).
         """
+        times = self.scene.program.times()
         load = self.nodal_load.copy()
+        for history, forces in self._timed_loads:
+            load += max(abs(history(time)) for time in times) * forces
         for condition in self.conditions:
             load[owned(condition)] = 0.0
         if total := self.comm.allreduce(float(load @ load)):
@@ -191,7 +263,12 @@ class Discretisation(ABC):
 
     def _forces(self) -> Floats:
         """Internal minus external forces as they are: at supports, what the supports bear."""
-        return assemble(self.residual) - self.amplitude * self.nodal_load
+        forces = -self.amplitude * self.nodal_load
+        for history, load in self._timed_loads:
+            forces -= history(self.time) * load
+        for residual in self.residuals:
+            forces += assemble(residual)
+        return forces
 
     @abstractmethod
     def update(self) -> bool:
@@ -246,6 +323,10 @@ class Discretisation(ABC):
         tidy = np.where(np.abs(place) < 1e-12 * np.abs(place).max(), 0.0, place)
         return "({})".format(", ".join(f"{x:.4g}" for x in tidy[: self.scene.mesh.dim]))
 
+    def limits(self) -> tuple[Floats, Floats] | None:
+        """Lowest and highest value of each owned unknown, if Newton's method must keep to any."""
+        return None
+
     # -- what is asked of the state ------------------------------------------------------------------------------------
 
     @property
@@ -259,8 +340,11 @@ class Discretisation(ABC):
         return self.scene.mesh.cell_count * self.variant.points_per_cell(self.scene.mesh.cell_name)
 
     @abstractmethod
-    def source_rate(self) -> float:
-        """∫ R₀ dV, mass per time (per thickness in two dimensions)."""
+    def mass_rate(self) -> float:
+        """Mass that entered per time in the last step (per thickness in two dimensions).
+
+        From the source, ∫ R₀ dV, and across the boundary; at a bound of density, what of the source took effect.
+        """
 
     @abstractmethod
     def _in_unknown(self, displacement: Floats) -> Floats:

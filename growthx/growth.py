@@ -1,7 +1,7 @@
 """Mass sources, written once for floats, arrays and UFL; they know nothing of meshes and solvers.
 
-All have the form R₀ = c { S − S* }: a stimulus S meets its attractor S*.  The stimulus is a power of the density times a
-function of the elastic energy,
+All have the form R₀ = c { S − S* }: a stimulus S meets its attractor S*.  The stimulus is a power of the density times
+a function of the elastic energy,
 
     S = [ρ/ρ*]^k D(Ψ₀ⁿᵉᵒ),
 
@@ -130,7 +130,7 @@ class EnergyDrivenGrowth(GrowthLaw):
         require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
 
     def power(self, material: Material) -> float:
-        """n − m."""
+        """The exponent n − m."""
         return material.density_exponent - self.exponent
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
@@ -148,7 +148,7 @@ class SpecificEnergyDrivenGrowth(GrowthLaw):
     linear = True
 
     def power(self, material: Material) -> float:
-        """n − 1."""
+        """The exponent n − 1."""
         return material.density_exponent - 1
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
@@ -173,7 +173,7 @@ class StrainDrivenGrowth(GrowthLaw):
         require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
 
     def power(self, material: Material) -> float:
-        """−m."""
+        """The exponent −m."""
         return -self.exponent
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
@@ -198,7 +198,7 @@ class StressDrivenGrowth(GrowthLaw):
         require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
 
     def power(self, material: Material) -> float:
-        """n − m."""
+        """The exponent n − m."""
         return material.density_exponent - self.exponent
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
@@ -209,4 +209,3 @@ class StressDrivenGrowth(GrowthLaw):
 def equivalent_strain(elastic_energy: Any, material: Material) -> Any:
     """√(2 Ψ₀ⁿᵉᵒ/E), the strain of a bar of the same elastic energy, rounded at rest; no unit."""
     return sqrt(2 * elastic_energy / material.young + REST**2) - REST
-

@@ -26,8 +26,8 @@ class Step:
 
     time, time_step: end and length of the step.  load: share of the loads.  rejected: failed attempts before it.
     newton: how the solution of the step went.  mass: ∫ ρ dV (per thickness in two dimensions).
-    mass_defect: |change of mass − Δt ∫ R₀ dV| over the mass.  min_density, max_density: over the density's own degrees
-    of freedom.  reactions: force on the body at each support (per thickness in two dimensions).
+    mass_defect: |change of mass − Δt (∫ R₀ dV + influx)| over the mass.  min_density, max_density: over the density's
+    own degrees of freedom.  reactions: force on the body at each support (per thickness in two dimensions).
     """
 
     time: float
@@ -80,7 +80,7 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
             # The last piece ends on the requested time exactly and is never a sliver.
             pieces = max(1, round(remaining / (cut * program.step)))
             end = target if pieces == 1 else time + remaining / pieces
-            problem.begin_step(end - time, program.amplitude(end))
+            problem.begin_step(end - time, program.amplitude(end), end)
             report = newton.solve()
             if not report.converged:
                 why = problem.inadmissible() or report.reason
@@ -93,8 +93,9 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
                         f"and a time step cut from {program.step:g} to {end - time:.3g} did not help"
                     )
                 continue
+            reactions = problem.reactions()
             problem.accept_step()
-            source, old_mass, mass = problem.source_rate(), mass, problem.mass()
+            gain, old_mass, mass = problem.mass_rate(), mass, problem.mass()
             low, high = problem.density_range()
             yield Step(
                 time=end,
@@ -103,9 +104,9 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
                 rejected=rejected,
                 newton=report,
                 mass=mass,
-                mass_defect=abs(mass - old_mass - (end - time) * source) / mass,
+                mass_defect=abs(mass - old_mass - (end - time) * gain) / mass,
                 min_density=low,
                 max_density=high,
-                reactions=problem.reactions(),
+                reactions=reactions,
             )
             time, rejected, cut = end, 0, min(1.0, 2 * cut)

@@ -48,7 +48,8 @@ class Newton:
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._assemble_residual, residual)
         snes.setJacobian(self._assemble_tangent, self._matrix)
-        snes.setType("newtonls")
+        limits = problem.limits()
+        snes.setType("newtonls" if limits is None else "vinewtonrsls")
         snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
         snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
         ksp, pc = snes.getKSP(), snes.getKSP().getPC()
@@ -59,6 +60,10 @@ class Newton:
         pc.setType("cholesky" if problem.symmetric else "lu")
         pc.setFactorSolverType("mumps")
         snes.setFromOptions()
+        if limits is not None:
+            self._limits = [PETSc.Vec().createWithArray(limit, comm=problem.comm) for limit in limits]
+            snes.setVariableBounds(*self._limits)
+            snes.setSolution(self._solution)
 
     def solve(self) -> NewtonReport:
         """Bring the running iterate to balance, starting from what it is."""

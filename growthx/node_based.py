@@ -17,10 +17,10 @@ import ufl
 from growthx import balances, compat
 from growthx.assembly import assemble
 from growthx.discretisation import Discretisation
-from growthx.fields import is_uniform
+from growthx.fields import is_uniform, law_as_ufl
 
 if TYPE_CHECKING:
-    from growthx.arrays import Floats
+    from growthx.arrays import Floats, Indices
     from growthx.scene import Scene
     from growthx.variants import Variant
 
@@ -42,18 +42,24 @@ class NodeBased(Discretisation):
         dV = self.growing_volume
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
         scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
-        self._source = self.compile.form(balances.source(rho, u, test_rho, self.growth, self.material, dV))
+        self._gains = [self.compile.form(form) for form in self._mass_gains(u, rho, test_rho)]
         residual = (
-            self._growing_work(u, rho, test_u)
+            self._momentum(u, rho, test_u, dV)
             + balances.storage(rho, self.old_density, scale * test_rho, self.time_step, dV)
             - balances.source(rho, u, scale * test_rho, self.growth, self.material, dV)
         )
-        resting = self._resting_work(u, test_u)
-        residual = residual if resting is None else residual + resting
-        self.residual = self.compile.form(residual)
-        self.tangents = [self.compile.form(ufl.derivative(residual, self.unknown))]
+        if scene.flux is not None:
+            residual += balances.flux(rho, scale * test_rho, law_as_ufl(scene.flux, scene.mesh), self.material, dV)
+        for form in self._influx(u, rho, scale * test_rho):
+            residual -= form
+        resting = self._resting_momentum(u, test_u)
+        forms = [sum(resting[:1], residual), *resting[1:], *self._lumped_inertia(u, rho, test_u, dV)]
+        forms += self._boundary_loads(u, rho, test_u)
+        self.residuals = [self.compile.form(form) for form in forms]
+        self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
         self.coupling = self.tangents[0]
         self._hold(W.sub(0))
+        self._hold_densities(W)
         self._rest_densities(W)
         self._load(test_u, W)
         self._force_scale, self._mass_scale = self.force_scale(), self._reference_mass()
@@ -66,6 +72,33 @@ class NodeBased(Discretisation):
         V, self._displacement_part = compat.collapse(W.sub(0))
         D, self._density_part = compat.collapse(W.sub(1))
         return V, D
+
+    def _influx(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+        """Mass that enters through boundaries, one form for each."""
+        mesh, degree = self.scene.mesh, 2 * self.density_space.element.basix_element.degree
+        return [
+            balances.influx(influx.value(u, rho, mesh), test, mesh.boundary_measure(influx.on, degree))
+            for influx in self.scene.influx
+        ]
+
+    def _mass_gains(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+        """What the nodes gain per time from the source and through the boundary."""
+        source = balances.source(rho, u, test, self.growth, self.material, self.growing_volume)
+        return [source, *self._influx(u, rho, test)]
+
+    def _hold_densities(self, W: dolfinx.fem.FunctionSpace) -> None:
+        """Densities that are prescribed on boundaries."""
+        self._prescribed = []
+        mesh, part = self.scene.mesh, W.sub(1)
+        for prescribed in self.scene.prescribed_densities:
+            value = dolfinx.fem.Function(self.density_space)
+            value.x.array[:] = prescribed.density
+            dofs = dolfinx.fem.locate_dofs_topological(
+                (part, self.density_space), mesh.dim - 1, mesh.boundary(prescribed.on)
+            )
+            condition = dolfinx.fem.dirichletbc(value, dofs, part)
+            self._prescribed.append((dofs[0], prescribed.density, condition))
+            self.conditions.append(condition)
 
     def _rest_densities(self, W: dolfinx.fem.FunctionSpace) -> None:
         """Nodes whose cells all rest keep their density: no equation is solved for it."""
@@ -83,9 +116,11 @@ class NodeBased(Discretisation):
         weights = self.volumes * (density if is_uniform(density) else self.density.x.array[: len(self.volumes)])
         return float(np.sqrt(self.comm.allreduce(float(weights @ weights))))
 
-    def begin_step(self, time_step: float, amplitude: float) -> None:
-        """Set the step's length and load, and put the prescribed displacements on the first iterate."""
-        super().begin_step(time_step, amplitude)
+    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:
+        """Set the step's length, load and end, and put what is prescribed on the first iterate."""
+        super().begin_step(time_step, amplitude, time)
+        for dofs, density, _ in self._prescribed:
+            self.unknown.x.array[dofs] = density
         self._mass_to_force.value = self._force_scale / (self._mass_scale / time_step)
 
     def update(self) -> bool:
@@ -94,6 +129,8 @@ class NodeBased(Discretisation):
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
+        self._supply = self._supplied()
+        self._remember_motion(self.iterate_displacement())
         self.displacement.x.array[:] = self.iterate_displacement()
         self.density.x.array[:] = self.iterate_density()
         self.old_density.x.array[:] = self.density.x.array
@@ -117,9 +154,35 @@ class NodeBased(Discretisation):
         dofmap = self.unknown.function_space.dofmap
         return int(dofmap.index_map.size_global * dofmap.index_map_bs) - self._resting
 
-    def source_rate(self) -> float:
-        """∫ R₀ dV: the nodal shares of the source, summed."""
-        return self.comm.allreduce(float(assemble(self._source).sum()))
+    def mass_rate(self) -> float:
+        """∫ R₀ dV and the influx: the nodal shares, summed; and what holds densities where they are prescribed."""
+        gains = sum(float(assemble(form).sum()) for form in self._gains)
+        return self.comm.allreduce(gains) + self._supply
+
+    def _supplied(self) -> float:
+        """Mass per time that must be supplied to hold densities at their prescribed values or bounds."""
+        held = self._held_densities()
+        if held is None:
+            return 0.0
+        return self.comm.allreduce(float(self._forces()[held].sum())) / float(self._mass_to_force.value)
+
+    def _held_densities(self) -> Indices | None:
+        """Owned unknowns that are densities at prescribed values or at bounds; None if the scene has neither."""
+        size = len(self.nodal_load)
+        held = [dofs[dofs < size] for dofs, _, _ in self._prescribed]
+        if self.scene.growth.is_bounded:
+            dofs = self._density_part[self.density_dofs]
+            held.append(dofs[np.isin(self.unknown.x.array[dofs], self.scene.growth.limits)])
+        return np.unique(np.concatenate(held)) if held else None
+
+    def limits(self) -> tuple[Floats, Floats] | None:
+        """Lowest and highest value of each owned unknown, if any has a bound."""
+        if not self.scene.growth.is_bounded:
+            return None
+        low, high = (np.full(len(self.nodal_load), value) for value in (-np.inf, np.inf))
+        dofs = self._density_part[self.density_dofs]
+        low[dofs], high[dofs] = self.scene.growth.limits
+        return low, high
 
     def _in_unknown(self, displacement: Floats) -> Floats:
         unknown = np.zeros_like(self.unknown.x.array)

@@ -18,10 +18,11 @@ from growthx import balances
 from growthx.assembly import assemble
 from growthx.condensation import condensed_tangent
 from growthx.discretisation import Discretisation
+from growthx.errors import InputError
 from growthx.fields import law_as_arrays
 from growthx.kinematics import deformation_gradient
 from growthx.local_balance import LocalSource, solve_density
-from growthx.variants import AtPoints
+from growthx.variants import AtPoints, suited
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -29,25 +30,37 @@ if TYPE_CHECKING:
     from growthx.variants import Variant
 
 
+def _sum(forms: list[ufl.Form]) -> ufl.Form:
+    """Forms with the same integration points as one."""
+    return sum(forms[1:], forms[0])
+
+
 class PointBased(Discretisation):
     """One density per cell or per integration point, statically condensed; the unknown is the displacement."""
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         super().__init__(scene, variant)
+        self._refuse_what_needs_gradients()
         # ∂R₀/∂F ∝ P̄ makes it so, where both balances are taken at the same points, and for a mean of R₀ if the
         # factor is the same at all of them.
         self._pointwise = isinstance(variant.density, AtPoints)
-        self.symmetric = variant.one_rule and (self._pointwise or scene.growth.is_linear)
-        V, u = self.displacement_space, self.displacement
+        linear = self._pointwise or scene.growth.is_linear
+        self.symmetric = variant.one_rule and linear and not scene.open_loads and scene.inertia is None
+        V, u, rho = self.displacement_space, self.displacement, self.density
         test = ufl.TestFunction(V)
         self.unknown = u
-        self._old_displacement = u.x.array.copy()
-        work, resting = self._growing_work(u, self.density, test), self._resting_work(u, test)
-        self.residual = self.compile.form(work if resting is None else work + resting)
+        self._accepted = u.x.array.copy()
+        growing = [self._momentum(u, rho, test, self.growing_volume)]
+        growing += self._lumped_inertia(u, rho, test, self.growing_volume)
+        # Neither knows a density that is solved for: their tangents need no condensation.
+        resting, boundary = self._resting_momentum(u, test), self._boundary_loads(u, rho, test)
+        self.residuals = [
+            self.compile.form(form) for form in [_sum(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
+        ]
         self.tangents = [self._condensed_tangent()]
+        self.tangents += [self.compile.form(ufl.derivative(form, u)) for form in resting + boundary]
         self.coupling = self.tangents[0]
-        if resting is not None:
-            self.tangents.append(self.compile.form(ufl.derivative(resting, u)))
+        if resting:
             self.coupling = self.compile.form(ufl.inner(ufl.TrialFunction(V), test) * self.whole_volume)
         self._hold(V)
         self._load(test, V)
@@ -55,6 +68,23 @@ class PointBased(Discretisation):
         self._prepare_energies()
         self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
         self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
+
+    def _refuse_what_needs_gradients(self) -> None:
+        """Raise InputError for what only a density that is continuous between cells can do."""
+        scene, name = self.scene, self.variant.name
+        right = ", ".join(other.name for other in suited(scene.mesh.cell_name) if not other.density.local)
+        if scene.moves_mass:
+            raise InputError(
+                f"{name} has densities that jump between cells, on which no flux, influx or prescribed density acts: "
+                f"{right} would be right"
+            )
+        for load in scene.open_loads:
+            force = load.force(self.displacement, self.density, scene.mesh)
+            if load.on is not None and self.density in ufl.algorithms.extract_coefficients(force):
+                raise InputError(
+                    f"the open load on '{load.on}' depends on the density, which {name} does not know at a boundary: "
+                    f"{right} would be right"
+                )
 
     def _make_spaces(
         self, displacement: Any, density: Any
@@ -86,7 +116,7 @@ class PointBased(Discretisation):
         (test_u, test_rho), (trial_u, trial_rho) = ufl.TestFunctions(space), ufl.TrialFunctions(space)
         dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
         dM = self._with_mass_points(dV)
-        momentum = balances.internal_work(u, rho, test_u, self.material, dV)
+        momentum = self._momentum(u, rho, test_u, dV)
         # What has stopped at a bound does not follow the deformation.
         follows = test_rho if self._free is None else self._free * test_rho
         mass = balances.storage(rho, self.old_density, test_rho, self.time_step, dM) - balances.source(
@@ -94,6 +124,7 @@ class PointBased(Discretisation):
         )
         # Two rules in one form, one of them of a single point, would assemble wrongly and silently.
         residuals = [momentum + mass] if self.variant.one_rule else [momentum, mass]
+        residuals += self._lumped_inertia(u, rho, test_u, dV)
         tangents = [ufl.derivative(each, u, trial_u) + ufl.derivative(each, rho, trial_rho) for each in residuals]
         densities = self.density_space.dofmap.dof_layout.num_dofs
         return self.compile(condensed_tangent, tangents, V, densities, self.growing_cells)
@@ -137,12 +168,13 @@ class PointBased(Discretisation):
             change = (self.density.x.array[dofs] - self.old_density.x.array[dofs]) / float(self.time_step.value)
             self._stopped = stopped, change[stopped]
         self.old_density.x.array[:] = self.density.x.array
-        self._old_displacement[:] = self.displacement.x.array
+        self._accepted[:] = self.displacement.x.array
+        self._remember_motion(self.displacement.x.array)
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
         self.density.x.array[:] = self.old_density.x.array
-        self.displacement.x.array[:] = self._old_displacement
+        self.displacement.x.array[:] = self._accepted
 
     def iterate_density(self) -> Floats:
         """Density of the running iterate."""
@@ -158,7 +190,7 @@ class PointBased(Discretisation):
         dofmap = self.displacement_space.dofmap
         return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
-    def source_rate(self) -> float:
+    def mass_rate(self) -> float:
         """∫ R₀ dV; where a density has stopped at a bound, what of the source took effect in the last step."""
         dofs = self.density_dofs
         source = self._local_source().rate(self.density.x.array[dofs])

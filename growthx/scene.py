@@ -12,6 +12,7 @@ import numpy as np
 from growthx.arrays import Floats
 from growthx.errors import InputError, require, require_number
 from growthx.fields import Field
+from growthx.open_loads import OpenLoad
 
 if TYPE_CHECKING:
     from ufl import Measure
@@ -19,12 +20,38 @@ if TYPE_CHECKING:
     from growthx.growth import GrowthLaw
     from growthx.material import Material
     from growthx.mesh import Mesh
+    from growthx.transport import Influx, MassFlux, PrescribedDensity
 
 Position = Callable[[Floats], Floats]
 
 
+class _Held:
+    """What supports share: a displacement, of which some directions may be free."""
+
+    displacement: tuple[float | None, ...] | None
+
+    @property
+    def place(self) -> str:
+        """Where it holds, as a part of a sentence and as its name."""
+        raise NotImplementedError
+
+    def components(self, dim: int) -> list[tuple[int, float]]:
+        """Pairs (direction, prescribed value) of the directions that are held."""
+        values = (0.0,) * dim if self.displacement is None else self.displacement
+        if len(values) != dim:
+            raise InputError(
+                f"the displacement {values} of the support '{self.place}' has {len(values)} entries: "
+                f"the mesh needs {dim}"
+            )
+        for value in values:
+            if value is not None:
+                what = f"the displacement of the support '{self.place}'"
+                require_number(value, what, "a finite number", lambda _: True)
+        return [(i, float(value)) for i, value in enumerate(values) if value is not None]
+
+
 @dataclass(frozen=True)
-class Support:
+class Support(_Held):
     """Prescribed displacement of a named boundary.
 
     displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
@@ -34,17 +61,26 @@ class Support:
     on: str
     displacement: tuple[float | None, ...] | None = None
 
-    def components(self, dim: int) -> list[tuple[int, float]]:
-        """Pairs (direction, prescribed value) of the directions that are held."""
-        values = (0.0,) * dim if self.displacement is None else self.displacement
-        if len(values) != dim:
-            raise InputError(
-                f"the displacement {values} of the support '{self.on}' has {len(values)} entries: the mesh needs {dim}"
-            )
-        for value in values:
-            if value is not None:
-                require_number(value, f"the displacement of the support '{self.on}'", "a finite number", lambda _: True)
-        return [(i, float(value)) for i, value in enumerate(values) if value is not None]
+    @property
+    def place(self) -> str:
+        """The boundary."""
+        return self.on
+
+
+@dataclass(frozen=True)
+class PointSupport(_Held):
+    """Prescribed displacement of the node at a place.
+
+    at: the place at rest, one entry (length) per direction.  displacement: as in `Support`.
+    """
+
+    at: tuple[float, ...]
+    displacement: tuple[float | None, ...] | None = None
+
+    @property
+    def place(self) -> str:
+        """The place, as text."""
+        return "({})".format(", ".join(f"{x:g}" for x in self.at))
 
 
 class Load(Protocol):
@@ -69,6 +105,11 @@ class Load(Protocol):
     @property
     def resultant(self) -> tuple[float, ...] | None:
         """The resulting force the load must be scaled to, or None where it is meant as it is."""
+        ...
+
+    @property
+    def history(self) -> Callable[[float], float] | None:
+        """Its share as a function of time, in place of the program's ramp."""
         ...
 
 
@@ -102,10 +143,14 @@ class _OnBoundary:
 
 @dataclass(frozen=True)
 class Traction(_OnBoundary):
-    """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points)."""
+    """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points).
+
+    history: its share as a function of time, in place of the program's ramp.
+    """
 
     on: str
     value: tuple[float, ...] | Position
+    history: Callable[[float], float] | None = None
     resultant: ClassVar[None] = None
 
     def __post_init__(self) -> None:
@@ -121,11 +166,12 @@ class Traction(_OnBoundary):
 class BodyForce:
     """Dead momentum source b̄₀ per reference volume (8): a vector, or a function of position as in `Traction`.
 
-    region: name of the region it acts in; None: everywhere.
+    region: name of the region it acts in; None: everywhere.  history: as in `Traction`.
     """
 
     value: tuple[float, ...] | Position
     region: str | None = None
+    history: Callable[[float], float] | None = None
     resultant: ClassVar[None] = None
 
     def __post_init__(self) -> None:
@@ -152,13 +198,14 @@ class DistributedForce(_OnBoundary):
 
     force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
     weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
-    case: the load case it belongs to, for pictures.
+    case: the load case it belongs to, for pictures.  history: as in `Traction`.
     """
 
     on: str
     force: tuple[float, ...]
     weight: Position | None = None
     case: str = "load"
+    history: Callable[[float], float] | None = None
 
     def __post_init__(self) -> None:
         _vector(self.force, f"a component of the force {self.place}")
@@ -206,9 +253,23 @@ class Program:
 
 
 @dataclass(frozen=True)
+class Inertia:
+    """The rate of momentum ρ ṗ in the balance of momentum (4), by implicit Euler (Remark 4.2).
+
+    The density must then be in units consistent with force, length and time.
+    lumped: mass at the corners of the cells, which densities at integration points do not know.
+    """
+
+    lumped: bool = False
+
+
+@dataclass(frozen=True)
 class Scene:
     """An initial boundary value problem of growth.
 
+    loads: dead ones, and `OpenLoad`s, which depend on the state.
+    flux, prescribed_densities, influx: what moves mass, for densities that are continuous between cells.
+    inertia: present where the balance of momentum is not quasi-static.
     initial_density: ρ(0), a number or a field; default: the material's reference density.
     growing: names of the regions that grow; default: everywhere.  Elsewhere the density stays as it is at no cost.
     """
@@ -217,24 +278,31 @@ class Scene:
     mesh: Mesh
     material: Material
     growth: GrowthLaw
-    supports: tuple[Support, ...]
-    loads: tuple[Load, ...]
+    supports: tuple[Support | PointSupport, ...]
+    loads: tuple[Load | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
+    flux: MassFlux | None = None
+    prescribed_densities: tuple[PrescribedDensity, ...] = ()
+    influx: tuple[Influx, ...] = ()
+    inertia: Inertia | None = None
 
     def __post_init__(self) -> None:
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
-        for support in self.supports:
-            self.mesh.boundary(support.on)
-        for load in self.loads:
-            load.measure(self.mesh, 1)
+        for boundary in (*self.supports, *self.prescribed_densities, *self.influx):
+            if not isinstance(boundary, PointSupport):
+                self.mesh.boundary(boundary.on)
+        for open_load in self.open_loads:
+            if open_load.on is not None:
+                self.mesh.boundary(open_load.on)
         held = [support.components(self.mesh.dim) for support in self.supports]
         if not any(held):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
-        for load in self.loads:
+        for load in self.dead_loads:
+            load.measure(self.mesh, 1)
             entries = len(load.intensity(self.mesh.domain.geometry.x[:1].T))
             if entries != self.mesh.dim:
                 raise InputError(f"the load {load.place} has {entries} entries: the mesh needs {self.mesh.dim}")
@@ -244,6 +312,21 @@ class Scene:
             raise InputError(f"no region of the scene '{self.name}' grows: name one, or None for the whole body")
         for region in self.growing or ():
             self.mesh.region(region)
+
+    @property
+    def dead_loads(self) -> tuple[Load, ...]:
+        """The loads that do not depend on the state."""
+        return tuple(load for load in self.loads if not isinstance(load, OpenLoad))
+
+    @property
+    def open_loads(self) -> tuple[OpenLoad, ...]:
+        """The loads that depend on the state."""
+        return tuple(load for load in self.loads if isinstance(load, OpenLoad))
+
+    @property
+    def moves_mass(self) -> bool:
+        """Whether mass moves through the body or across its boundary."""
+        return bool(self.flux or self.prescribed_densities or self.influx)
 
     @property
     def start_density(self) -> Field:

@@ -78,4 +78,4 @@ def test_a_block_in_equilibrium_stays_there():
     )
     _, problem = run(scene, gx.Q1)
     assert densities(problem)[:, 2] == pytest.approx(rho, rel=1e-10)
-    assert COMM.allreduce(abs(problem.source_rate())) < 1e-9
+    assert COMM.allreduce(abs(problem.mass_rate())) < 1e-9
