@@ -23,6 +23,7 @@ _HOME = {
     "Support": "scene",
     "PointSupport": "scene",
     "Inertia": "scene",
+    "LoadCase": "scene",
     "OpenTraction": "open_loads",
     "OpenBodyForce": "open_loads",
     "Pressure": "open_loads",

@@ -23,9 +23,8 @@ def storage(rho: Any, old_rho: Any, test: Any, time_step: Any, dV: ufl.Measure) 
     return test * (rho - old_rho) / time_step * dV
 
 
-def source(rho: Any, u: Any, test: Any, growth: GrowthLaw, material: Material, dV: ufl.Measure) -> ufl.Form:
-    """∫ δρ R₀ dV with the mass source R₀ (6)."""
-    energy = material.energy(deformation_gradient(u))
+def source(rho: Any, energy: Any, test: Any, growth: GrowthLaw, material: Material, dV: ufl.Measure) -> ufl.Form:
+    """∫ δρ R₀ dV with the mass source R₀ (6) at the elastic energy Ψ₀ⁿᵉᵒ."""
     return test * growth.mass_source(rho, energy, material) * dV
 
 

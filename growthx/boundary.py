@@ -27,6 +27,7 @@ class Held:
     """One direction of a support: moved by `value` (length) at full load, where the unknowns `dofs` are `values`."""
 
     boundary: str  # or, of a point, its place
+    case: int
     direction: int
     value: float
     dofs: Indices  # ghosts included
@@ -40,8 +41,10 @@ def owned(condition: dolfinx.fem.DirichletBC) -> Indices:
     return np.asarray(dofs[:count])
 
 
-def hold(supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.fem.FunctionSpace) -> list[Held]:
-    """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
+def hold(
+    supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
+) -> list[Held]:
+    """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
     held = []
     for support in supports:
         for i, value in support.components(mesh.dim):
@@ -52,7 +55,7 @@ def hold(supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.
             constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
             dofs, dofs_alone = _held_dofs(support, mesh, part, alone)
             condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
-            held.append(Held(support.place, i, value, dofs, constant.x.array[dofs_alone], condition))
+            held.append(Held(support.place, case, i, value, dofs, constant.x.array[dofs_alone], condition))
     return held
 
 

@@ -69,6 +69,15 @@ def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace
     return space, np.array(dofs, dtype=np.int32).ravel()  # 0.11 gives an array for each type of cell
 
 
+def places(space: dolfinx.fem.FunctionSpace, part: dolfinx.fem.FunctionSpace) -> Indices:
+    """Where each degree of freedom of a space is in the mixed space that has a part of the same element."""
+    block = space.dofmap.bs
+    alone = (block * space.dofmap.list[:, :, np.newaxis] + np.arange(block)).reshape(len(space.dofmap.list), -1)
+    found = np.empty(block * (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts), dtype=np.int32)
+    found[alone] = part.dofmap.list.reshape(alone.shape)
+    return found
+
+
 def mesh_that_stays(comm: MPI.Comm, cells: Indices, points: Floats, domain: ufl.Mesh) -> dolfinx.mesh.Mesh:
     """A mesh whose cells stay on the ranks that give them; cells: global numbers of the ranks' points in order."""
 

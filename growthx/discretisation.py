@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
@@ -16,6 +17,7 @@ from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import InputError, require
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
+from growthx.open_loads import OpenLoad
 from growthx.sampling import dof_positions, locate
 from growthx.variants import AtPoints, suited
 
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from growthx.arrays import Floats, Indices, Marks
-    from growthx.scene import Scene
+    from growthx.scene import LoadCase, Scene
     from growthx.variants import Variant
 
 
@@ -48,6 +50,16 @@ def _check_lumping(scene: Scene, variant: Variant) -> None:
         )
 
 
+def total(terms: list[Any]) -> Any:
+    """The sum of UFL forms or expressions, of which there is one at least."""
+    return sum(terms[1:], terms[0])
+
+
+def _weighted(case: LoadCase, value: Any) -> Any:
+    """A value by the weight of its load case; as it is where that is the only one."""
+    return value if case.weight == 1.0 else case.weight * value
+
+
 class Discretisation(ABC):
     """A scene discretised by a variant: one nonlinear system per time step, and the state it advances.
 
@@ -61,6 +73,7 @@ class Discretisation(ABC):
     residuals: list[dolfinx.fem.Form]
     tangents: list[dolfinx.fem.Form]
     coupling: dolfinx.fem.Form
+    _parts: list[Any]  # where each load case's displacement is in the unknown: indices or a slice
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         mesh, domain = scene.mesh, scene.mesh.domain
@@ -73,7 +86,12 @@ class Discretisation(ABC):
         self.displacement_space, self.density_space = self._make_spaces(
             variant.displacement_element(mesh.cell_name, mesh.dim), variant.density_element(mesh.cell_name)
         )
-        self.displacement = dolfinx.fem.Function(self.displacement_space, name="displacement")
+        self.cases = scene.load_cases
+        self.displacements = [dolfinx.fem.Function(self.displacement_space, name=case.name) for case in self.cases]
+        # Of several cases, for pictures, their mean.
+        alone = len(self.cases) == 1
+        self.displacement = self.displacements[0] if alone else dolfinx.fem.Function(self.displacement_space)
+        self.displacement.name = "displacement"
         self.density = dolfinx.fem.Function(self.density_space, name="density")
         self.old_density = dolfinx.fem.Function(self.density_space, name="old_density")
         self.material = law_as_ufl(scene.material, mesh)
@@ -145,44 +163,73 @@ class Discretisation(ABC):
         values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
         return np.reshape(values, (len(cells), -1))
 
-    def _momentum(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
-        """What acts inside the body in the balance of momentum: stress, open body forces, the rate of momentum."""
-        scene = self.scene
-        form = balances.internal_work(u, rho, test, self.material, dV)
-        for load in scene.open_loads:
-            if load.on is None:
-                form += balances.external_work(-self._load_share * load.force(u, rho, scene.mesh), test, dV)
+    def _momentum(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure) -> ufl.Form:
+        """What acts inside the body in the balance of momentum: stress, open body forces, the rate of momentum.
+
+        Each load case's by its weight, which makes the condensed tangent of all of them symmetric.
+        """
+        scene, terms = self.scene, []
+        for case, u, test in zip(self.cases, us, tests, strict=True):
+            test = _weighted(case, test)
+            terms.append(balances.internal_work(u, rho, test, self.material, dV))
+            terms += [
+                balances.external_work(-self._load_share * load.force(u, rho, scene.mesh), test, dV)
+                for load in case.loads
+                if isinstance(load, OpenLoad) and load.on is None
+            ]
         if scene.inertia is not None and not scene.inertia.lumped:
-            form += self._inertia(u, rho, test, dV)
-        return form
+            terms.append(self._inertia(us[0], rho, tests[0], dV))
+        return total(terms)
 
     def _inertia(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
         old_u, old_velocity = self._old_displacement, self._old_velocity
         return balances.inertia(u, old_u, old_velocity, rho, test, self.time_step, dV)
 
-    def _resting_momentum(self, u: Any, test: Any) -> list[ufl.Form]:
+    def _resting_momentum(self, us: list[Any], tests: list[Any]) -> list[ufl.Form]:
         """The same in the regions that do not grow, at the density they have from the start; none if all grow."""
         if self.resting_volume is None:
             return []
         rho = as_ufl(self.scene.start_density, self.scene.mesh)
-        forms = [self._momentum(u, rho, test, self.resting_volume)]
-        return forms + self._lumped_inertia(u, rho, test, self.resting_volume)
+        forms = [self._momentum(us, rho, tests, self.resting_volume)]
+        return forms + self._lumped_inertia(us, rho, tests, self.resting_volume)
 
-    def _lumped_inertia(self, u: Any, rho: Any, test: Any, volume: ufl.Measure) -> list[ufl.Form]:
+    def _lumped_inertia(self, us: list[Any], rho: Any, tests: list[Any], volume: ufl.Measure) -> list[ufl.Form]:
         """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
         inertia = self.scene.inertia
-        return [self._inertia(u, rho, test, at_corners(volume))] if inertia is not None and inertia.lumped else []
+        lumped = inertia is not None and inertia.lumped
+        return [self._inertia(us[0], rho, tests[0], at_corners(volume))] if lumped else []
 
-    def _boundary_loads(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+    def _boundary_loads(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
         """Minus the work of the loads on boundaries that depend on the state, one form for each."""
         mesh, degree = self.scene.mesh, 2 * self.displacement_space.element.basix_element.degree
         return [
             balances.external_work(
-                -self._load_share * load.force(u, rho, mesh), test, mesh.boundary_measure(load.on, degree)
+                -self._load_share * load.force(u, rho, mesh),
+                _weighted(case, test),
+                mesh.boundary_measure(load.on, degree),
             )
-            for load in self.scene.open_loads
-            if load.on is not None
+            for case, u, test in zip(self.cases, us, tests, strict=True)
+            for load in case.loads
+            if isinstance(load, OpenLoad) and load.on is not None
         ]
+
+    def _mean_energy(self, us: list[Any]) -> Any:
+        """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, in UFL."""
+        energies = [self.material.energy(deformation_gradient(u)) for u in us]
+        return total([_weighted(case, energy) for case, energy in zip(self.cases, energies, strict=True)])
+
+    def mean_energy(self) -> Any:
+        """Elastic energy Ψ₀ⁿᵉᵒ of the state that drives the growth, a UFL expression, energy per reference volume."""
+        return self._mean_energy(self.displacements)
+
+    def mean_stress(self) -> Any:
+        """Cauchy stress of the state, the weighted mean over the load cases, UFL of shape (dim, dim)."""
+        stresses = []
+        for case, u in zip(self.cases, self.displacements, strict=True):
+            F = deformation_gradient(u)
+            sigma = self.material.stress(F, self.density) * F.T / volume_ratio(F)
+            stresses.append(_weighted(case, sigma))
+        return total(stresses)
 
     def _remember_motion(self, displacement: Floats) -> None:
         """Make a displacement, as `displacement.x.array`, the old one of the next step, with its velocity."""
@@ -191,30 +238,46 @@ class Discretisation(ABC):
             self._old_velocity.x.array[:] = (displacement - old) / float(self.time_step.value)
             old[:] = displacement
 
-    def _hold(self, space: dolfinx.fem.FunctionSpace) -> None:
-        """Boundary conditions on the displacement, whose space is its own or a part of a mixed one."""
-        self.held = hold(self.scene.supports, self.scene.mesh, space)
+    def _hold(self, spaces: list[dolfinx.fem.FunctionSpace]) -> None:
+        """Boundary conditions on the displacements, each in a space of its own or in a part of a mixed one."""
+        scene = self.scene
+        self.held = [
+            held for case, space in enumerate(spaces) for held in hold(scene.supports, scene.mesh, space, case)
+        ]
         self.conditions = [held.condition for held in self.held]
 
-    def _load(self, test: Any, space: dolfinx.fem.FunctionSpace) -> None:
+    def _load(self, tests: list[Any], space: dolfinx.fem.FunctionSpace) -> None:
         """Nodal forces of the full loads, assembled once: dead loads only scale with time."""
+        dim, mesh, V = self.scene.mesh.dim, self.scene.mesh, self.displacement_space
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
-        self._translations = np.array([self._translation(i, len(self.nodal_load)) for i in range(self.scene.mesh.dim)])
+        self._translations = np.array([[self._translation(c, i) for i in range(dim)] for c in range(len(tests))])
         self._timed_loads: list[tuple[Callable[[float], float], Floats]] = []
-        mesh, V = self.scene.mesh, self.displacement_space
-        for load in self.scene.dead_loads:
-            forces = nodal_forces(load, mesh, V, test, self.resultant, self.compile)
-            if load.history is None:
-                self.nodal_load += forces
-            else:
-                self._timed_loads.append((load.history, forces))
+        for c, (case, test) in enumerate(zip(self.cases, tests, strict=True)):
+            for load in case.loads:
+                if isinstance(load, OpenLoad):
+                    continue
+                unweighted = nodal_forces(load, mesh, V, test, partial(self.resultant, case=c), self.compile)
+                forces = case.weight * unweighted
+                if load.history is None:
+                    self.nodal_load += forces
+                else:
+                    self._timed_loads.append((load.history, forces))
 
-    def _translation(self, direction: int, size: int) -> Floats:
-        """The owned unknowns that move the whole body by one along a direction."""
+    def _translation(self, case: int, direction: int) -> Floats:
+        """The owned unknowns that move the whole body by one along a direction, in one load case."""
         dim = self.scene.mesh.dim
         moved = dolfinx.fem.Function(self.displacement_space)
         moved.interpolate(lambda x: np.outer(np.arange(dim) == direction, np.ones(x.shape[1])))
-        return self._in_unknown(moved.x.array)[:size]
+        unknown = np.zeros_like(self.unknown.x.array)
+        unknown[self._parts[case]] = moved.x.array
+        return unknown[: len(self.nodal_load)]
+
+    def _show_mean_displacement(self) -> None:
+        """Of several load cases, bring the mean displacement up to date."""
+        if len(self.cases) > 1:
+            self.displacement.x.array[:] = sum(
+                case.weight * u.x.array for case, u in zip(self.cases, self.displacements, strict=True)
+            )
 
     # -- what the solver of a step uses --------------------------------------------------------------------------------
 
@@ -289,23 +352,23 @@ class Discretisation(ABC):
     def iterate_density(self) -> Floats:
         """Density of the running iterate, as `density.x.array`."""
 
-    @abstractmethod
-    def iterate_displacement(self) -> Floats:
-        """Displacement of the running iterate, as `displacement.x.array`."""
+    def iterate_displacement(self, case: int = 0) -> Floats:
+        """Displacement of the running iterate in a load case, as `displacements[case].x.array`."""
+        return self.unknown.x.array[self._parts[case]]
 
     def inadmissible(self) -> str:
         """What is wrong with the running iterate, and where, as a part of a sentence; empty if nothing is."""
         mesh = self.scene.mesh
         space = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
         u = dolfinx.fem.Function(self.displacement_space)
-        u.x.array[:] = self.iterate_displacement()
         J = volume_ratio(deformation_gradient(u))
         inverted = ufl.conditional(ufl.gt(J, 0), 0.0, 1.0)
-        count = assemble(dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume))
-        cells = mesh.owned_cells
-        midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, cells)
-        if where := self._first(~(count == 0), midpoints):
-            return f"det F ≤ 0 in the cell at {where}"
+        count = dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume)
+        midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, mesh.owned_cells)
+        for number, case in enumerate(self.cases):
+            u.x.array[:] = self.iterate_displacement(number)
+            if where := self._first(~(assemble(count) == 0), midpoints):
+                return f"det F ≤ 0 in the cell at {where}" + (f" in the load case '{case.name}'" if case.name else "")
         old = self.old_density.x.array[: len(self.volumes)]
         density = self.iterate_density()[: len(old)]
         # A line search that halves its way towards zero never gets there.
@@ -346,13 +409,9 @@ class Discretisation(ABC):
         From the source, ∫ R₀ dV, and across the boundary; at a bound of density, what of the source took effect.
         """
 
-    @abstractmethod
-    def _in_unknown(self, displacement: Floats) -> Floats:
-        """A displacement, as `displacement.x.array`, in the place it has in `unknown.x.array`, and zeros elsewhere."""
-
-    def resultant(self, forces: Floats) -> Floats:
-        """Sum of nodal forces on all ranks, one per direction, shape (dim,)."""
-        return np.array(self.comm.allreduce(self._translations @ forces))
+    def resultant(self, forces: Floats, case: int = 0) -> Floats:
+        """Sum of nodal forces on all ranks in a load case, one per direction, shape (dim,)."""
+        return np.array(self.comm.allreduce(self._translations[case] @ forces))
 
     def displacement_at(self, X: Floats) -> Floats:
         """Displacement (length) at points X of the reference cell, (points, dim), shape (owned cells, points, dim)."""
@@ -427,11 +486,16 @@ class Discretisation(ABC):
         )
 
     def reactions(self) -> dict[str, Floats]:
-        """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,)."""
+        """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,).
+
+        Of several load cases, by the case's name and the boundary's.
+        """
         forces = self._forces()
-        total: dict[str, Floats] = {held.boundary: np.zeros(self.scene.mesh.dim) for held in self.held}
-        for held in self.held:
-            dofs, moved = owned(held.condition), self._translations[held.direction]
-            total[held.boundary][held.direction] += self.comm.allreduce(float(moved[dofs] @ forces[dofs]))
+        names = [f"{self.cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
+        found: dict[str, Floats] = {name: np.zeros(self.scene.mesh.dim) for name in names}
+        for name, held in zip(names, self.held, strict=True):
+            dofs, moved = owned(held.condition), self._translations[held.case][held.direction]
+            force = self.comm.allreduce(float(moved[dofs] @ forces[dofs])) / self.cases[held.case].weight
+            found[name][held.direction] += force
             forces[dofs] = 0.0  # what two supports share is borne by the first
-        return total
+        return found

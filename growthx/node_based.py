@@ -37,59 +37,62 @@ class NodeBased(Discretisation):
         self.unknown = dolfinx.fem.Function(W)
         self.unknown.x.array[self._density_part] = self.density.x.array
 
-        u, rho = ufl.split(self.unknown)
-        test_u, test_rho = ufl.TestFunctions(W)
+        *us, rho = ufl.split(self.unknown)
+        *tests, test_rho = ufl.TestFunctions(W)
+        energy = self._mean_energy(us)
         dV = self.growing_volume
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
         scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
-        self._gains = [self.compile.form(form) for form in self._mass_gains(u, rho, test_rho)]
+        self._gains = [self.compile.form(form) for form in self._mass_gains(us, rho, energy, test_rho)]
         residual = (
-            self._momentum(u, rho, test_u, dV)
+            self._momentum(us, rho, tests, dV)
             + balances.storage(rho, self.old_density, scale * test_rho, self.time_step, dV)
-            - balances.source(rho, u, scale * test_rho, self.growth, self.material, dV)
+            - balances.source(rho, energy, scale * test_rho, self.growth, self.material, dV)
         )
         if scene.flux is not None:
             residual += balances.flux(rho, scale * test_rho, law_as_ufl(scene.flux, scene.mesh), self.material, dV)
-        for form in self._influx(u, rho, scale * test_rho):
+        for form in self._influx(us, rho, scale * test_rho):
             residual -= form
-        resting = self._resting_momentum(u, test_u)
-        forms = [sum(resting[:1], residual), *resting[1:], *self._lumped_inertia(u, rho, test_u, dV)]
-        forms += self._boundary_loads(u, rho, test_u)
+        resting = self._resting_momentum(us, tests)
+        forms = [sum(resting[:1], residual), *resting[1:], *self._lumped_inertia(us, rho, tests, dV)]
+        forms += self._boundary_loads(us, rho, tests)
         self.residuals = [self.compile.form(form) for form in forms]
         self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
         self.coupling = self.tangents[0]
-        self._hold(W.sub(0))
+        self._hold([W.sub(case) for case in range(len(us))])
         self._hold_densities(W)
         self._rest_densities(W)
-        self._load(test_u, W)
+        self._load(tests, W)
         self._force_scale, self._mass_scale = self.force_scale(), self._reference_mass()
 
     def _make_spaces(
         self, displacement: Any, density: Any
     ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
-        mixed = basix.ufl.mixed_element([displacement, density])
+        count = len(self.scene.load_cases)
+        mixed = basix.ufl.mixed_element([displacement] * count + [density])
         self._mixed_space = W = dolfinx.fem.functionspace(self.scene.mesh.domain, mixed)
-        V, self._displacement_part = compat.collapse(W.sub(0))
-        D, self._density_part = compat.collapse(W.sub(1))
+        V, _ = compat.collapse(W.sub(0))
+        self._parts = [compat.places(V, W.sub(case)) for case in range(count)]
+        D, self._density_part = compat.collapse(W.sub(count))
         return V, D
 
-    def _influx(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+    def _influx(self, us: list[Any], rho: Any, test: Any) -> list[ufl.Form]:
         """Mass that enters through boundaries, one form for each."""
         mesh, degree = self.scene.mesh, 2 * self.density_space.element.basix_element.degree
         return [
-            balances.influx(influx.value(u, rho, mesh), test, mesh.boundary_measure(influx.on, degree))
+            balances.influx(influx.value(us[0], rho, mesh), test, mesh.boundary_measure(influx.on, degree))
             for influx in self.scene.influx
         ]
 
-    def _mass_gains(self, u: Any, rho: Any, test: Any) -> list[ufl.Form]:
+    def _mass_gains(self, us: list[Any], rho: Any, energy: Any, test: Any) -> list[ufl.Form]:
         """What the nodes gain per time from the source and through the boundary."""
-        source = balances.source(rho, u, test, self.growth, self.material, self.growing_volume)
-        return [source, *self._influx(u, rho, test)]
+        source = balances.source(rho, energy, test, self.growth, self.material, self.growing_volume)
+        return [source, *self._influx(us, rho, test)]
 
     def _hold_densities(self, W: dolfinx.fem.FunctionSpace) -> None:
         """Densities that are prescribed on boundaries."""
         self._prescribed = []
-        mesh, part = self.scene.mesh, W.sub(1)
+        mesh, part = self.scene.mesh, W.sub(len(self.cases))
         for prescribed in self.scene.prescribed_densities:
             value = dolfinx.fem.Function(self.density_space)
             value.x.array[:] = prescribed.density
@@ -108,7 +111,8 @@ class NodeBased(Discretisation):
         self._resting = self.comm.allreduce(len(self.volumes) - len(self.density_dofs))
         if self._resting:
             dofs = np.sort(self._density_part[growing.array == 0])
-            self.conditions.append(dolfinx.fem.dirichletbc(dolfinx.default_scalar_type(0), dofs, W.sub(1)))
+            zero, part = dolfinx.default_scalar_type(0), W.sub(len(self.cases))
+            self.conditions.append(dolfinx.fem.dirichletbc(zero, dofs, part))
 
     def _reference_mass(self) -> float:
         """‖nodal masses at the reference density‖₂, what the balance of mass is measured against (mass)."""
@@ -131,22 +135,21 @@ class NodeBased(Discretisation):
         """Make the running iterate the state."""
         self._supply = self._supplied()
         self._remember_motion(self.iterate_displacement())
-        self.displacement.x.array[:] = self.iterate_displacement()
+        for case, u in enumerate(self.displacements):
+            u.x.array[:] = self.iterate_displacement(case)
+        self._show_mean_displacement()
         self.density.x.array[:] = self.iterate_density()
         self.old_density.x.array[:] = self.density.x.array
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
-        self.unknown.x.array[self._displacement_part] = self.displacement.x.array
+        for part, u in zip(self._parts, self.displacements, strict=True):
+            self.unknown.x.array[part] = u.x.array
         self.unknown.x.array[self._density_part] = self.density.x.array
 
     def iterate_density(self) -> Floats:
         """Density of the running iterate."""
         return self.unknown.x.array[self._density_part]
-
-    def iterate_displacement(self) -> Floats:
-        """Displacement of the running iterate."""
-        return self.unknown.x.array[self._displacement_part]
 
     @property
     def dofs(self) -> int:
@@ -183,8 +186,3 @@ class NodeBased(Discretisation):
         dofs = self._density_part[self.density_dofs]
         low[dofs], high[dofs] = self.scene.growth.limits
         return low, high
-
-    def _in_unknown(self, displacement: Floats) -> Floats:
-        unknown = np.zeros_like(self.unknown.x.array)
-        unknown[self._displacement_part] = displacement
-        return unknown

@@ -217,7 +217,7 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
 
     mesh = problem.scene.mesh
     arrows: list[Arrow] = []
-    for load in problem.scene.loads:
+    for load in problem.scene.all_loads:
         if not isinstance(load, DistributedForce):
             continue
         facets = mesh.boundary(load.on)

@@ -14,25 +14,24 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx import balances
+from growthx import balances, compat
 from growthx.assembly import assemble
 from growthx.condensation import condensed_tangent
-from growthx.discretisation import Discretisation
+from growthx.discretisation import Discretisation, total
 from growthx.errors import InputError
 from growthx.fields import law_as_arrays
-from growthx.kinematics import deformation_gradient
 from growthx.local_balance import LocalSource, solve_density
 from growthx.variants import AtPoints, suited
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
-    from growthx.scene import Scene
+    from growthx.scene import LoadCase, Scene
     from growthx.variants import Variant
 
 
-def _sum(forms: list[ufl.Form]) -> ufl.Form:
-    """Forms with the same integration points as one."""
-    return sum(forms[1:], forms[0])
+def _split(function: Any, cases: tuple[LoadCase, ...]) -> list[Any]:
+    """The displacements of the load cases, of a function or argument of them all."""
+    return [function] if len(cases) == 1 else list(ufl.split(function))
 
 
 class PointBased(Discretisation):
@@ -46,28 +45,38 @@ class PointBased(Discretisation):
         self._pointwise = isinstance(variant.density, AtPoints)
         linear = self._pointwise or scene.growth.is_linear
         self.symmetric = variant.one_rule and linear and not scene.open_loads and scene.inertia is None
-        V, u, rho = self.displacement_space, self.displacement, self.density
-        test = ufl.TestFunction(V)
-        self.unknown = u
-        self._accepted = u.x.array.copy()
-        growing = [self._momentum(u, rho, test, self.growing_volume)]
-        growing += self._lumped_inertia(u, rho, test, self.growing_volume)
+        V = self._make_unknown()
+        us, tests, rho = self._us, _split(ufl.TestFunction(V), self.cases), self.density
+        growing = [self._momentum(us, rho, tests, self.growing_volume)]
+        growing += self._lumped_inertia(us, rho, tests, self.growing_volume)
         # Neither knows a density that is solved for: their tangents need no condensation.
-        resting, boundary = self._resting_momentum(u, test), self._boundary_loads(u, rho, test)
-        self.residuals = [
-            self.compile.form(form) for form in [_sum(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
-        ]
-        self.tangents = [self._condensed_tangent()]
-        self.tangents += [self.compile.form(ufl.derivative(form, u)) for form in resting + boundary]
+        resting, boundary = self._resting_momentum(us, tests), self._boundary_loads(us, rho, tests)
+        residuals = [total(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
+        self.residuals = [self.compile.form(form) for form in residuals]
+        self.tangents = [self._condensed_tangent(V)]
+        self.tangents += [self.compile.form(ufl.derivative(form, self.unknown)) for form in resting + boundary]
         self.coupling = self.tangents[0]
         if resting:
-            self.coupling = self.compile.form(ufl.inner(ufl.TrialFunction(V), test) * self.whole_volume)
-        self._hold(V)
-        self._load(test, V)
+            self.coupling = self.compile.form(ufl.inner(ufl.TrialFunction(V), ufl.TestFunction(V)) * self.whole_volume)
+        self._hold([V] if len(us) == 1 else [V.sub(case) for case in range(len(us))])
+        self._load(tests, V)
         self._shares = self.volumes if variant.one_rule else self._share(1.0)
         self._prepare_energies()
         self._local_material = law_as_arrays(scene.material, scene.mesh, self._average)
         self._local_growth = law_as_arrays(scene.growth, scene.mesh, self._average)
+
+    def _make_unknown(self) -> dolfinx.fem.FunctionSpace:
+        """The unknown is the displacement itself or, of several load cases, all of them; returns its space."""
+        V, count = self.displacement_space, len(self.cases)
+        if count == 1:
+            space, self.unknown, self._parts = V, self.displacement, [slice(None)]
+        else:
+            space = dolfinx.fem.functionspace(V.mesh, basix.ufl.mixed_element([V.ufl_element()] * count))
+            self.unknown = dolfinx.fem.Function(space)
+            self._parts = [compat.places(V, space.sub(case)) for case in range(count)]
+        self._us = _split(self.unknown, self.cases)
+        self._accepted = self.unknown.x.array.copy()
+        return space
 
     def _refuse_what_needs_gradients(self) -> None:
         """Raise InputError for what only a density that is continuous between cells can do."""
@@ -94,7 +103,7 @@ class PointBased(Discretisation):
 
     def _prepare_energies(self) -> None:
         """Compile the elastic energies that drive the densities: their means, or each if the source is not linear."""
-        energy = self.material.energy(deformation_gradient(self.displacement))
+        energy = self._mean_energy(self._us)
         self._weights = None
         if self._pointwise or self.scene.growth.is_linear:
             self._energy = self._share_form(energy, self.density_space)
@@ -108,24 +117,29 @@ class PointBased(Discretisation):
         self._energy_shares = assemble(self._share_form(1.0, points))[self._energy_dofs]
         self._weights = self._energy_shares / self._energy_shares.sum(axis=1, keepdims=True)
 
-    def _condensed_tangent(self) -> dolfinx.fem.Form:
-        V, u, rho = self.displacement_space, self.displacement, self.density
+    def _condensed_tangent(self, V: dolfinx.fem.FunctionSpace) -> dolfinx.fem.Form:
+        us, rho, count = self._us, self.density, len(self.cases)
         self._free = dolfinx.fem.Function(self.density_space) if self.scene.growth.is_bounded else None
-        both = basix.ufl.mixed_element([V.ufl_element(), self.density_space.ufl_element()])
+        element = self.displacement_space.ufl_element()
+        both = basix.ufl.mixed_element([element] * count + [self.density_space.ufl_element()])
         space = ufl.FunctionSpace(V.mesh.ufl_domain(), both)
-        (test_u, test_rho), (trial_u, trial_rho) = ufl.TestFunctions(space), ufl.TrialFunctions(space)
+        *tests, test_rho = ufl.TestFunctions(space)
+        *trials, trial_rho = ufl.TrialFunctions(space)
+        trial = trials[0] if count == 1 else ufl.as_vector([component for each in trials for component in each])
         dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
         dM = self._with_mass_points(dV)
-        momentum = self._momentum(u, rho, test_u, dV)
+        momentum = self._momentum(us, rho, tests, dV)
         # What has stopped at a bound does not follow the deformation.
         follows = test_rho if self._free is None else self._free * test_rho
         mass = balances.storage(rho, self.old_density, test_rho, self.time_step, dM) - balances.source(
-            rho, u, follows, self.growth, self.material, dM
+            rho, self._mean_energy(us), follows, self.growth, self.material, dM
         )
         # Two rules in one form, one of them of a single point, would assemble wrongly and silently.
         residuals = [momentum + mass] if self.variant.one_rule else [momentum, mass]
-        residuals += self._lumped_inertia(u, rho, test_u, dV)
-        tangents = [ufl.derivative(each, u, trial_u) + ufl.derivative(each, rho, trial_rho) for each in residuals]
+        residuals += self._lumped_inertia(us, rho, tests, dV)
+        tangents = [
+            ufl.derivative(each, self.unknown, trial) + ufl.derivative(each, rho, trial_rho) for each in residuals
+        ]
         densities = self.density_space.dofmap.dof_layout.num_dofs
         return self.compile(condensed_tangent, tangents, V, densities, self.growing_cells)
 
@@ -168,26 +182,26 @@ class PointBased(Discretisation):
             change = (self.density.x.array[dofs] - self.old_density.x.array[dofs]) / float(self.time_step.value)
             self._stopped = stopped, change[stopped]
         self.old_density.x.array[:] = self.density.x.array
-        self._accepted[:] = self.displacement.x.array
+        self._accepted[:] = self.unknown.x.array
+        if len(self.cases) > 1:
+            for case, u in enumerate(self.displacements):
+                u.x.array[:] = self.iterate_displacement(case)
+            self._show_mean_displacement()
         self._remember_motion(self.displacement.x.array)
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
         self.density.x.array[:] = self.old_density.x.array
-        self.displacement.x.array[:] = self._accepted
+        self.unknown.x.array[:] = self._accepted
 
     def iterate_density(self) -> Floats:
         """Density of the running iterate."""
         return self.density.x.array
 
-    def iterate_displacement(self) -> Floats:
-        """Displacement of the running iterate."""
-        return self.displacement.x.array
-
     @property
     def dofs(self) -> int:
         """Number of displacements, supports included."""
-        dofmap = self.displacement_space.dofmap
+        dofmap = self.unknown.function_space.dofmap
         return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
     def mass_rate(self) -> float:
@@ -198,6 +212,3 @@ class PointBased(Discretisation):
             stopped, change = self._stopped
             source[stopped] = change
         return self.comm.allreduce(float(self.volumes[dofs] @ source))
-
-    def _in_unknown(self, displacement: Floats) -> Floats:
-        return displacement

@@ -11,7 +11,6 @@ import ufl
 from dolfinx.io import VTKFile
 
 from growthx import compat
-from growthx.kinematics import deformation_gradient
 from growthx.sampling import positions
 from growthx.subcells import subcells
 
@@ -96,8 +95,7 @@ class PointWriter:
 
 
 def _stimulus(problem: Discretisation) -> ufl.core.expr.Expr:
-    energy = problem.material.energy(deformation_gradient(problem.displacement))
-    return problem.growth.stimulus(problem.density, energy, problem.material)
+    return problem.growth.stimulus(problem.density, problem.mean_energy(), problem.material)
 
 
 def _loose_mesh(

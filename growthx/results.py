@@ -15,7 +15,6 @@ from dolfinx.io import VTKFile
 from growthx import compat
 from growthx.assembly import assemble
 from growthx.errors import InputError
-from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.raw import raw_writer
 from growthx.smoothing import smoothed_density
 
@@ -62,13 +61,11 @@ def cell_fields(problem: Discretisation) -> dict[str, Floats]:
 
     density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume), mass_source R₀ (density per
     time, zero where nothing grows), major_stress and minor_stress: principal Cauchy stresses (in the plane, in two
-    dimensions).
+    dimensions; of several load cases, those of the mean stress).
     """
     mesh, dim = problem.scene.mesh, problem.scene.mesh.dim
-    u, rho, material, growth = problem.displacement, problem.density, problem.material, problem.growth
-    F = deformation_gradient(u)
-    energy = material.energy(F)
-    sigma = material.stress(F, rho) * F.T / volume_ratio(F)
+    rho, material, growth = problem.density, problem.material, problem.growth
+    energy, sigma = problem.mean_energy(), problem.mean_stress()
     upper = [(i, j) for i in range(dim) for j in range(i, dim)]
     scalars = {
         "density": rho,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
@@ -253,6 +253,21 @@ class Program:
 
 
 @dataclass(frozen=True)
+class LoadCase:
+    """Loads that act at their own times, with a displacement of their own: an activity of the day.
+
+    weight: its part of the daily cycles, up to a factor.
+    """
+
+    name: str
+    weight: float
+    loads: tuple[Load | OpenLoad, ...]
+
+    def __post_init__(self) -> None:
+        require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)
+
+
+@dataclass(frozen=True)
 class Inertia:
     """The rate of momentum ρ ṗ in the balance of momentum (4), by implicit Euler (Remark 4.2).
 
@@ -268,6 +283,8 @@ class Scene:
     """An initial boundary value problem of growth.
 
     loads: dead ones, and `OpenLoad`s, which depend on the state.
+    cases: if there are any, each has its own displacement, under its own loads and `loads`, and the density is driven
+    by the weighted mean of their elastic energies; all are solved for at once.
     flux, prescribed_densities, influx: what moves mass, for densities that are continuous between cells.
     inertia: present where the balance of momentum is not quasi-static.
     initial_density: ρ(0), a number or a field; default: the material's reference density.
@@ -287,6 +304,7 @@ class Scene:
     prescribed_densities: tuple[PrescribedDensity, ...] = ()
     influx: tuple[Influx, ...] = ()
     inertia: Inertia | None = None
+    cases: tuple[LoadCase, ...] = ()
 
     def __post_init__(self) -> None:
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
@@ -295,6 +313,13 @@ class Scene:
         for boundary in (*self.supports, *self.prescribed_densities, *self.influx):
             if not isinstance(boundary, PointSupport):
                 self.mesh.boundary(boundary.on)
+        if self.inertia is not None and len(self.cases) > 1:
+            raise InputError(
+                f"{len(self.cases)} load cases of one day have no common motion: no inertia would be right"
+            )
+        if len({case.name for case in self.cases}) < len(self.cases):
+            names = ", ".join(f"'{case.name}'" for case in self.cases)
+            raise InputError(f"the load cases are named {names}: a name of its own for each would be right")
         for open_load in self.open_loads:
             if open_load.on is not None:
                 self.mesh.boundary(open_load.on)
@@ -314,14 +339,26 @@ class Scene:
             self.mesh.region(region)
 
     @property
+    def load_cases(self) -> tuple[LoadCase, ...]:
+        """The load cases with all of their loads and weights whose sum is one; one without a name if there are none."""
+        cases = self.cases or (LoadCase("", 1.0, ()),)
+        total = sum(case.weight for case in cases)
+        return tuple(replace(case, weight=case.weight / total, loads=self.loads + case.loads) for case in cases)
+
+    @property
+    def all_loads(self) -> tuple[Load | OpenLoad, ...]:
+        """The loads that all cases share, and those of each."""
+        return self.loads + tuple(load for case in self.cases for load in case.loads)
+
+    @property
     def dead_loads(self) -> tuple[Load, ...]:
-        """The loads that do not depend on the state."""
-        return tuple(load for load in self.loads if not isinstance(load, OpenLoad))
+        """The loads that do not depend on the state, of all cases."""
+        return tuple(load for load in self.all_loads if not isinstance(load, OpenLoad))
 
     @property
     def open_loads(self) -> tuple[OpenLoad, ...]:
-        """The loads that depend on the state."""
-        return tuple(load for load in self.loads if isinstance(load, OpenLoad))
+        """The loads that depend on the state, of all cases."""
+        return tuple(load for load in self.all_loads if isinstance(load, OpenLoad))
 
     @property
     def moves_mass(self) -> bool:
