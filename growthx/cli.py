@@ -22,6 +22,10 @@ VARIANTS = (
     "of triangles: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
 )
 CELLS = "shape of the cells: quadrilateral or triangle"
+LOADS = (
+    "how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or stimulus (a "
+    "displacement for each, growth by the mean of the energies)"
+)
 EPILOG = """\
 Exit status: 0 done, 2 bad input, 3 the run ended early (the last good state is then kept in a folder).
 In parallel: mpirun -n 2 growthx …; PETSc options under the prefix -growthx_ go into the variable PETSC_OPTIONS.
@@ -182,9 +186,7 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of the paper's 658 cells)")
     parser.add_argument("--mesh", metavar="FILE", help="own .geo or .msh in mm with boundaries 'surface' and 'distal'")
     _add(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
-    _add(
-        parser, "--loads", "average", str, "average (by daily cycles) or superposed (plain sum of the three load cases)"
-    )
+    _add(parser, "--loads", "average", str, LOADS)
     _add(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
     _add(parser, "--until", 160.0, float, "end time")
     _add(parser, "--dt", 4.0, float, "time step; the load ramps over five of them")
@@ -198,13 +200,15 @@ def _femur(options: argparse.Namespace) -> Scene:
         for name in ("size", "cells"):
             if (value := getattr(options, name)) is not None:
                 raise InputError(f"--{name} {value} is for the built-in outline: with --mesh, the file has its own")
+    loads = combination(options.loads)
     return femur(
         options.mesh,
         cells=options.cells or "quadrilateral",
         size=options.size,
         refine=options.refine,
         thickness=options.thickness,
-        weights=combination(options.loads),
+        weights=loads.weights,
+        separate=loads.separate,
         n=options.n,
         m=options.m,
         step=options.dt,

@@ -21,7 +21,7 @@ from growthx.errors import InputError, require_number
 from growthx.growth import EnergyDrivenGrowth
 from growthx.material import Material
 from growthx.mesh import Mesh
-from growthx.scene import DistributedForce, Position, Program, Scene, Support
+from growthx.scene import DistributedForce, LoadCase, Position, Program, Scene, Support
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -34,7 +34,7 @@ OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
 
 
 @dataclass(frozen=True)
-class LoadCase:
+class HipForces:
     """Hip joint force on the head and abductor force on the greater trochanter (N), with angles from the vertical."""
 
     name: str
@@ -57,9 +57,9 @@ class LoadCase:
 
 
 LOAD_CASES = (
-    LoadCase("midstance of gait", 2317.0, 24.0, 703.0, 28.0),
-    LoadCase("extreme abduction", 1158.0, -15.0, 351.0, -8.0),
-    LoadCase("extreme adduction", 1548.0, 56.0, 468.0, 35.0),
+    HipForces("midstance of gait", 2317.0, 24.0, 703.0, 28.0),
+    HipForces("extreme abduction", 1158.0, -15.0, 351.0, -8.0),
+    HipForces("extreme adduction", 1548.0, 56.0, 468.0, 35.0),
 )
 # How the cases share one displacement field: by their part of the daily cycles, or summed.
 AVERAGE = (0.6, 0.2, 0.2)
@@ -74,6 +74,7 @@ def femur(
     refine: int = 1,
     thickness: float = 30.0,
     weights: tuple[float, float, float] = AVERAGE,
+    separate: bool = False,
     n: float = 2.0,
     m: float = 3.0,
     step: float = 4.0,
@@ -86,6 +87,8 @@ def femur(
     quadrilaterals as in the paper unless `cells` is "triangle" or a `size` of cells (mm) is asked for.
     refine: every cell is split into refine × refine.
     thickness: of the plane model (mm).  weights: of the load cases, `AVERAGE`, `SUPERPOSED` or your own.
+    separate: each load case has its own displacement under its full forces, and the density is driven by the mean of
+    their energies, weighted; otherwise one displacement is that of the weighted sum of the forces.
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     """
     require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
@@ -93,6 +96,7 @@ def femur(
         raise InputError(f"the weights of the load cases are {weights}: {len(LOAD_CASES)} numbers would be right")
     for weight in weights:
         require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+    used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
     if mesh is None:
         mesh = _own_mesh(cells, size, refine, comm)
     elif not isinstance(mesh, Mesh):
@@ -103,12 +107,8 @@ def femur(
         material=Material(young=500.0, poisson=0.2, reference_density=1.2, density_exponent=n),
         growth=EnergyDrivenGrowth(attractor=0.01, rate=1.0, exponent=m),
         supports=(Support("distal"),),
-        loads=tuple(
-            force
-            for case, weight in zip(LOAD_CASES, weights, strict=True)
-            if weight > 0
-            for force in _forces(case, weight / thickness)
-        ),
+        loads=() if separate else tuple(force for case, w in used for force in _forces(case, w / thickness)),
+        cases=tuple(LoadCase(case.name, w, _forces(case, 1 / thickness)) for case, w in used if separate),
         program=Program(step=step, until=until, ramp=5 * step),
     )
 
@@ -123,7 +123,7 @@ def _own_mesh(cells: str, size: float | None, refine: int, comm: MPI.Comm) -> Me
     return meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size, triangles=triangles)
 
 
-def _forces(case: LoadCase, factor: float) -> tuple[DistributedForce, DistributedForce]:
+def _forces(case: HipForces, factor: float) -> tuple[DistributedForce, DistributedForce]:
     joint = tuple(factor * component for component in case.joint_force)
     abductor = tuple(factor * component for component in case.abductor_force)
     return (
@@ -132,7 +132,7 @@ def _forces(case: LoadCase, factor: float) -> tuple[DistributedForce, Distribute
     )
 
 
-def _joint_weight(case: LoadCase) -> Position:
+def _joint_weight(case: HipForces) -> Position:
     """Cosine over ±35° of the head's arc about the direction the force comes from."""
     centre = np.radians(90.0 - case.joint_angle)
 
@@ -178,11 +178,23 @@ def zones() -> dict[str, Floats]:
     return {name: np.array(polygon) for name, polygon in corners.items()}
 
 
-COMBINATIONS = {"average": AVERAGE, "superposed": SUPERPOSED}
+@dataclass(frozen=True)
+class Combination:
+    """A way to combine the load cases: their weights, and whether each has a displacement of its own."""
+
+    weights: tuple[float, float, float]
+    separate: bool = False
 
 
-def combination(name: str) -> tuple[float, float, float]:
-    """Weights of the load cases for a combination's name; InputError if there is none."""
+COMBINATIONS = {
+    "average": Combination(AVERAGE),
+    "superposed": Combination(SUPERPOSED),
+    "stimulus": Combination(AVERAGE, separate=True),
+}
+
+
+def combination(name: str) -> Combination:
+    """The combination of that name; InputError if there is none."""
     if name not in COMBINATIONS:
         raise InputError(f"there is no load combination '{name}': one of {', '.join(COMBINATIONS)} would be right")
     return COMBINATIONS[name]

@@ -10,7 +10,7 @@ from blocks import COMM, gathered, square
 import growthx as gx
 from growthx import meshing, variants
 from growthx.errors import InputError
-from growthx.scenes.femur import AVERAGE, SUPERPOSED, abductor_weight, combination, femur, outline, zones
+from growthx.scenes.femur import AVERAGE, SUPERPOSED, Combination, abductor_weight, combination, femur, outline, zones
 from growthx.zones import area_means
 
 # Spec §4: joint N, angle, abductor N, angle; degrees from the vertical.
@@ -148,10 +148,14 @@ def test_outline():
 
 def test_combinations_by_name():
     """The command line names them."""
-    assert combination("average") == (0.6, 0.2, 0.2) and combination("superposed") == (1.0, 1.0, 1.0)
+    assert combination("average") == Combination((0.6, 0.2, 0.2))
+    assert combination("superposed") == Combination((1.0, 1.0, 1.0))
+    assert combination("stimulus") == Combination((0.6, 0.2, 0.2), separate=True)
     with pytest.raises(InputError) as caught:
         combination("mean")
-    assert str(caught.value) == "there is no load combination 'mean': one of average, superposed would be right"
+    assert (
+        str(caught.value) == "there is no load combination 'mean': one of average, superposed, stimulus would be right"
+    )
 
 
 @pytest.mark.parametrize(
