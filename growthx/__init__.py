@@ -47,6 +47,7 @@ _HOME = {
     "discretise": "marching",
     "march": "marching",
     "solve": "run",
+    "homeostasis": "equilibrium",
     "Result": "run",
     "RunEndedEarly": "run",
     "guarded": "parallel",
@@ -54,7 +55,7 @@ _HOME = {
     "InputError": "errors",
     "EndedEarly": "errors",
 }
-_MODULES = {"meshing", "plots", "report", "results", "scenes", "variants", "zones"}
+_MODULES = {"meshing", "plots", "report", "results", "scenes", "variants", "wellposedness", "zones"}
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 

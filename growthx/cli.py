@@ -7,7 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from growthx.errors import InputError
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     command: _Command = options.command
-    from growthx import meshing, report, results, variants
+    from growthx import meshing, report, results, variants, wellposedness
     from growthx.run import RunEndedEarly, solve
 
     variant = None if options.variant is None else variants.named(options.variant)
@@ -81,6 +81,9 @@ def _main(arguments: Sequence[str]) -> int:
         _keep_last_state(result, options.out)
     result.setup_s += setup
     readings = command.read(result)
+    posed = wellposedness.check(result.problem) if options.check or not wellposedness.is_well_posed(scene) else None
+    if posed is not None:
+        readings = {**readings, "well_posedness": asdict(posed)}
     if options.json:
         answer = json.dumps({**results.summary(result), **readings}, ensure_ascii=False)
         if scene.mesh.domain.comm.rank == 0:
@@ -89,6 +92,8 @@ def _main(arguments: Sequence[str]) -> int:
         report.steps(result)
         command.show(result, readings)
         report.times(result)
+        if posed is not None:
+            report.say(result, f"{scene.name}: {posed}")
     return status
 
 
@@ -128,6 +133,7 @@ def _parser() -> argparse.ArgumentParser:
         scene.set_defaults(command=command)
         scene.add_argument("--variant", metavar="NAME", help=VARIANTS)
         command.arguments(scene)
+        scene.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
         scene.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
         scene.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
     return parser

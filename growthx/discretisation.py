@@ -73,7 +73,7 @@ class Discretisation(ABC):
     residuals: list[dolfinx.fem.Form]
     tangents: list[dolfinx.fem.Form]
     coupling: dolfinx.fem.Form
-    _parts: list[Any]  # where each load case's displacement is in the unknown: indices or a slice
+    parts: list[Any]  # where each load case's displacement is in the unknown: indices or a slice
 
     def __init__(self, scene: Scene, variant: Variant) -> None:
         mesh, domain = scene.mesh, scene.mesh.domain
@@ -104,7 +104,8 @@ class Discretisation(ABC):
         )
         self._split_cells()
         self.density_dofs = self._growing_densities()
-        self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
+        storing = at_corners(self.growing_volume) if variant.storage_at_corners else self.growing_volume
+        self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * storing))
         self._set_start_density()
 
     # -- set-up --------------------------------------------------------------------------------------------------------
@@ -154,10 +155,10 @@ class Discretisation(ABC):
 
     def _average_cells(self, start: dolfinx.fem.Function) -> None:
         """Give each density what a function has there, the mean of the cells around where they differ."""
-        values = self._evaluate(start, compat.interpolation_points(self.density_space.element))
+        values = self.evaluate(start, compat.interpolation_points(self.density_space.element))
         self.density.x.array[:] = average_cells(self.density_space, values).x.array
 
-    def _evaluate(self, value: Any, X: Floats) -> Floats:
+    def evaluate(self, value: Any, X: Floats) -> Floats:
         """A scalar in UFL at points X of the reference cell, (points, dim), shape (owned cells, points)."""
         cells = self.scene.mesh.owned_cells
         values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
@@ -269,7 +270,7 @@ class Discretisation(ABC):
         moved = dolfinx.fem.Function(self.displacement_space)
         moved.interpolate(lambda x: np.outer(np.arange(dim) == direction, np.ones(x.shape[1])))
         unknown = np.zeros_like(self.unknown.x.array)
-        unknown[self._parts[case]] = moved.x.array
+        unknown[self.parts[case]] = moved.x.array
         return unknown[: len(self.nodal_load)]
 
     def _show_mean_displacement(self) -> None:
@@ -354,7 +355,7 @@ class Discretisation(ABC):
 
     def iterate_displacement(self, case: int = 0) -> Floats:
         """Displacement of the running iterate in a load case, as `displacements[case].x.array`."""
-        return self.unknown.x.array[self._parts[case]]
+        return self.unknown.x.array[self.parts[case]]
 
     def inadmissible(self) -> str:
         """What is wrong with the running iterate, and where, as a part of a sentence; empty if nothing is."""
@@ -429,7 +430,7 @@ class Discretisation(ABC):
     def reference_density_at(self, X: Floats) -> Floats | float:
         """ρ* at points X of the reference cell, shape (owned cells, points), or the one number it is everywhere."""
         reference = self.scene.material.reference_density
-        return float(reference) if is_uniform(reference) else self._evaluate(self.material.reference_density, X)
+        return float(reference) if is_uniform(reference) else self.evaluate(self.material.reference_density, X)
 
     def sample_density(self, places: Floats) -> Floats:
         """Density, raw as the variant knows it, at places in the body at rest, (places, dim); the same on all ranks.

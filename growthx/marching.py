@@ -10,6 +10,7 @@ from growthx.errors import EndedEarly
 from growthx.newton import Newton, NewtonReport
 from growthx.node_based import NodeBased
 from growthx.point_based import PointBased
+from growthx.wellposedness import warn_if_ill_posed
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -48,7 +49,8 @@ class Step:
 
 
 def discretise(scene: Scene, variant: Variant) -> Discretisation:
-    """The discretisation of a scene by a variant, ready to march."""
+    """The discretisation of a scene by a variant, ready to march; warns of a model that is not well posed."""
+    warn_if_ill_posed(scene)
     return (PointBased if variant.density.local else NodeBased)(scene, variant)
 
 

@@ -111,6 +111,27 @@ class Newton:
         P.assemble()
 
 
+def negative_pivots(problem: Discretisation) -> int:
+    """Number of negative eigenvalues of the symmetric tangent of a problem in its state, by Sylvester's law."""
+    matrix = petsc.create_matrix(problem.coupling)
+    for tangent in problem.tangents:
+        petsc.assemble_matrix(matrix, tangent, problem.conditions)  # type: ignore[arg-type]
+        matrix.assemble(PETSc.Mat.AssemblyType.FLUSH)
+    matrix.assemble()
+    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    solver = PETSc.PC().create(problem.comm)
+    solver.setOperators(matrix)
+    solver.setType("cholesky")
+    solver.setFactorSolverType("mumps")
+    solver.setFactorSetUpSolverType()
+    solver.getFactorMatrix().setMumpsIcntl(24, 1)  # without looking for null pivots MUMPS does not count
+    solver.setUp()
+    negative, _, _ = solver.getFactorMatrix().getInertia()
+    solver.destroy()
+    matrix.destroy()
+    return int(negative)
+
+
 PETSC_ERR_LIB, PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_FP, PETSC_ERR_MAT_CH_ZRPVT = 76, 71, 72, 81
 
 # By name: PETSc has renamed some (FNORM_NAN became FUNCTION_NANORINF in 3.25).

@@ -7,6 +7,7 @@ until equilibrium of mass and momentum:               (the paper's node-based fl
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
@@ -16,7 +17,7 @@ import ufl
 
 from growthx import balances, compat
 from growthx.assembly import assemble
-from growthx.discretisation import Discretisation
+from growthx.discretisation import Discretisation, at_corners, total
 from growthx.fields import is_uniform, law_as_ufl
 
 if TYPE_CHECKING:
@@ -44,17 +45,28 @@ class NodeBased(Discretisation):
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
         scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
         self._gains = [self.compile.form(form) for form in self._mass_gains(us, rho, energy, test_rho)]
-        residual = (
-            self._momentum(us, rho, tests, dV)
-            + balances.storage(rho, self.old_density, scale * test_rho, self.time_step, dV)
-            - balances.source(rho, energy, scale * test_rho, self.growth, self.material, dV)
-        )
+        residual, at_nodes = self._momentum(us, rho, tests, dV), []
+        for term, lumped in (
+            (
+                partial(balances.storage, rho, self.old_density, scale * test_rho, self.time_step),
+                variant.storage_at_corners,
+            ),
+            (
+                partial(balances.source, rho, energy, -scale * test_rho, self.growth, self.material),
+                variant.source_at_corners,
+            ),
+        ):
+            if lumped:
+                at_nodes.append(term(at_corners(dV)))
+            else:
+                residual += term(dV)
         if scene.flux is not None:
             residual += balances.flux(rho, scale * test_rho, law_as_ufl(scene.flux, scene.mesh), self.material, dV)
         for form in self._influx(us, rho, scale * test_rho):
             residual -= form
         resting = self._resting_momentum(us, tests)
         forms = [sum(resting[:1], residual), *resting[1:], *self._lumped_inertia(us, rho, tests, dV)]
+        forms += [total(at_nodes)] if at_nodes else []
         forms += self._boundary_loads(us, rho, tests)
         self.residuals = [self.compile.form(form) for form in forms]
         self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
@@ -64,6 +76,7 @@ class NodeBased(Discretisation):
         self._rest_densities(W)
         self._load(tests, W)
         self._force_scale, self._mass_scale = self.force_scale(), self._reference_mass()
+        self._source_scale = self._reference_source(test_rho)
 
     def _make_spaces(
         self, displacement: Any, density: Any
@@ -72,7 +85,7 @@ class NodeBased(Discretisation):
         mixed = basix.ufl.mixed_element([displacement] * count + [density])
         self._mixed_space = W = dolfinx.fem.functionspace(self.scene.mesh.domain, mixed)
         V, _ = compat.collapse(W.sub(0))
-        self._parts = [compat.places(V, W.sub(case)) for case in range(count)]
+        self.parts = [compat.places(V, W.sub(case)) for case in range(count)]
         D, self._density_part = compat.collapse(W.sub(count))
         return V, D
 
@@ -86,7 +99,8 @@ class NodeBased(Discretisation):
 
     def _mass_gains(self, us: list[Any], rho: Any, energy: Any, test: Any) -> list[ufl.Form]:
         """What the nodes gain per time from the source and through the boundary."""
-        source = balances.source(rho, energy, test, self.growth, self.material, self.growing_volume)
+        dV = at_corners(self.growing_volume) if self.variant.source_at_corners else self.growing_volume
+        source = balances.source(rho, energy, test, self.growth, self.material, dV)
         return [source, *self._influx(us, rho, test)]
 
     def _hold_densities(self, W: dolfinx.fem.FunctionSpace) -> None:
@@ -120,12 +134,19 @@ class NodeBased(Discretisation):
         weights = self.volumes * (density if is_uniform(density) else self.density.x.array[: len(self.volumes)])
         return float(np.sqrt(self.comm.allreduce(float(weights @ weights))))
 
+    def _reference_source(self, test: Any) -> float:
+        """‖nodal shares of the source c S* without any stimulus‖₂ (mass per time)."""
+        resorption = self.growth.rate * self.growth.attractor
+        shares = assemble(self.compile.form(resorption * test * self.growing_volume))
+        return float(np.sqrt(self.comm.allreduce(float(shares @ shares))))
+
     def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:
         """Set the step's length, load and end, and put what is prescribed on the first iterate."""
         super().begin_step(time_step, amplitude, time)
         for dofs, density, _ in self._prescribed:
             self.unknown.x.array[dofs] = density
-        self._mass_to_force.value = self._force_scale / (self._mass_scale / time_step)
+        # Long steps do not gain a multiple of the mass: the source is their scale.
+        self._mass_to_force.value = self._force_scale / max(self._mass_scale / time_step, self._source_scale)
 
     def update(self) -> bool:
         """Whether all nodal densities are positive."""
@@ -143,7 +164,7 @@ class NodeBased(Discretisation):
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
-        for part, u in zip(self._parts, self.displacements, strict=True):
+        for part, u in zip(self.parts, self.displacements, strict=True):
             self.unknown.x.array[part] = u.x.array
         self.unknown.x.array[self._density_part] = self.density.x.array
 

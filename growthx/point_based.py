@@ -69,11 +69,11 @@ class PointBased(Discretisation):
         """The unknown is the displacement itself or, of several load cases, all of them; returns its space."""
         V, count = self.displacement_space, len(self.cases)
         if count == 1:
-            space, self.unknown, self._parts = V, self.displacement, [slice(None)]
+            space, self.unknown, self.parts = V, self.displacement, [slice(None)]
         else:
             space = dolfinx.fem.functionspace(V.mesh, basix.ufl.mixed_element([V.ufl_element()] * count))
             self.unknown = dolfinx.fem.Function(space)
-            self._parts = [compat.places(V, space.sub(case)) for case in range(count)]
+            self.parts = [compat.places(V, space.sub(case)) for case in range(count)]
         self._us = _split(self.unknown, self.cases)
         self._accepted = self.unknown.x.array.copy()
         return space

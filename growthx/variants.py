@@ -7,7 +7,7 @@ discretisation is another row of the catalogue.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import basix
@@ -121,6 +121,8 @@ class Variant:
     cells: the shapes of cells it is made for.  displacement, density: what the two fields are made of.
     momentum_degree, mass_degree: of the polynomials that each balance's rule integrates exactly, per direction on
     tensor cells: 1, 3 and 5 are their 1, 2 and 3 Gauss points per direction.
+    storage_at_corners, source_at_corners: integrate this part of the balance of mass at the corners of the cells
+    instead, which makes its matrix diagonal: `lumped`.
     Raises InputError if the rules differ and the density is not one per cell: other densities tie both to one rule.
     """
 
@@ -131,13 +133,26 @@ class Variant:
     momentum_degree: int
     mass_degree: int
     summary: str
+    storage_at_corners: bool = False
+    source_at_corners: bool = False
 
     def __post_init__(self) -> None:
+        if (self.storage_at_corners or self.source_at_corners) and self.density != Nodal(1):
+            right = ", ".join(variant.name for variant in CATALOGUE.values() if variant.density == Nodal(1))
+            raise InputError(
+                f"{self.name} cannot lump the balance of mass at the corners of the cells, where some shares of its "
+                f"densities are zero or below, or where it has none: {right} could"
+            )
         if not (self.one_rule or isinstance(self.density, PerCell)):
             raise InputError(
                 f"the variant {self.name} integrates momentum to degree {self.momentum_degree} and mass to degree "
                 f"{self.mass_degree}: one degree for both, or one density per cell, would be right"
             )
+
+    def lumped(self, *, source: bool = False) -> Variant:
+        """The same with a lumped density matrix (Remark 4.3) and, on request, the source at the corners, too."""
+        name = f"{self.name} lumped" + (" with its source" if source else "")
+        return replace(self, name=name, storage_at_corners=True, source_at_corners=source)
 
     @property
     def one_rule(self) -> bool:
