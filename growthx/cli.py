@@ -181,7 +181,8 @@ def _read_bar(result: Result) -> Mapping[str, Any]:
 def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
     from growthx import report
 
-    report.numbers(result, "bar", {name.replace("_", " "): value for name, value in readings.items()}, "")
+    values = {name.replace("_", " "): readings[name] for name in ("midpoint_density_change", "end_displacement")}
+    report.numbers(result, "bar", values, "", digits=6)  # as many as the paper prints
 
 
 # -- femur -------------------------------------------------------------------------------------------------------------
@@ -260,7 +261,7 @@ def _read_plate(result: Result) -> Mapping[str, Any]:
 def _show_plate(result: Result, readings: Mapping[str, Any]) -> None:
     from growthx import report
 
-    report.numbers(result, "plate", {"tip displacement": readings["tip_displacement"]}, "")
+    report.numbers(result, "plate", {"tip displacement": readings["tip_displacement"]}, "", digits=6)
 
 
 BAR = _Command("bar", "the paper's bar in tension", _bar_arguments, _bar, _read_bar, _show_bar)

@@ -82,11 +82,18 @@ def steps(result: Result, rows: int = 10) -> None:
     )
 
 
-def numbers(result: Result, title: str, values: Mapping[str, float], unit: str, reference: float | None = None) -> None:
-    """Print named numbers, and their relative change from a reference if there is one."""
+def numbers(
+    result: Result,
+    title: str,
+    values: Mapping[str, float],
+    unit: str,
+    reference: float | None = None,
+    digits: int = 4,
+) -> None:
+    """Print named numbers, and their relative change from a reference if there is one; digits: after the point."""
     header = ["", unit] + ([] if reference is None else ["relative change"])
     rows = (
-        [name, f"{value:.4f}"] + ([] if reference is None else [f"{value / reference - 1:+.1%}"])
+        [name, f"{value:.{digits}f}"] + ([] if reference is None else [f"{value / reference - 1:+.1%}"])
         for name, value in values.items()
     )
     table(title, header, rows, result.problem.comm)

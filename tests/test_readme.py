@@ -47,6 +47,16 @@ def test_script_runs(tmp_path):
     assert last[0] == 2.0 and 0.01 < last[2] < 0.02
 
 
+def test_the_scene_of_the_theory_page_runs():
+    """All optional ingredients in one scene: the page that explains them must not show what does not work together."""
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "theory.md").read_text(), re.DOTALL)
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    rows = [[float(word) for word in line.split()] for line in run.stdout.splitlines()]
+    assert [row[0] for row in rows] == [0.1, 0.2, 0.3, 0.4, 0.5]
+    assert all(defect < 1e-10 for _, _, defect in rows)
+
+
 def test_what_is_named_is_there():
     """Files and options the README speaks of exist."""
     for name in re.findall(
