@@ -12,14 +12,15 @@ from mpi4py import MPI
 from growthx import balances, compat
 from growthx.assembly import Compiler, assemble
 from growthx.errors import InputError
-from growthx.scene import PointSupport
+from growthx.supports import PointSupport
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from growthx.arrays import Floats, Indices
+    from growthx.loads import Load
     from growthx.mesh import Mesh
-    from growthx.scene import Load, Support
+    from growthx.supports import Support
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 
-from growthx import balances, compat
+from growthx import compat
 from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import InputError, require
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
+from growthx.momentum import Momentum, at_corners
 from growthx.open_loads import OpenLoad
 from growthx.sampling import dof_positions, locate
 from growthx.variants import AtPoints, suited
@@ -25,13 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from growthx.arrays import Floats, Indices, Marks
-    from growthx.scene import LoadCase, Scene
+    from growthx.scene import Scene
     from growthx.variants import Variant
-
-
-def at_corners(volume: ufl.Measure) -> ufl.Measure:
-    """A measure of volume whose integration points are the corners of the cells, in equal shares."""
-    return volume.reconstruct(metadata={"quadrature_rule": "vertex", "quadrature_degree": 1})
 
 
 def _check_lumping(scene: Scene, variant: Variant) -> None:
@@ -48,16 +44,6 @@ def _check_lumping(scene: Scene, variant: Variant) -> None:
             f"{variant.name} has unknowns or densities beside the corners of the cells, where lumped inertia has its "
             f"masses: {right} would be right"
         )
-
-
-def total(terms: list[Any]) -> Any:
-    """The sum of UFL forms or expressions, of which there is one at least."""
-    return sum(terms[1:], terms[0])
-
-
-def _weighted(case: LoadCase, value: Any) -> Any:
-    """A value by the weight of its load case; as it is where that is the only one."""
-    return value if case.weight == 1.0 else case.weight * value
 
 
 class Discretisation(ABC):
@@ -98,10 +84,7 @@ class Discretisation(ABC):
         self.growth = law_as_ufl(scene.growth, mesh)
         self.time_step = dolfinx.fem.Constant(domain, np.float64(scene.program.step))
         self.time, self.amplitude = 0.0, 0.0
-        self._load_share = dolfinx.fem.Constant(domain, np.float64(0.0))
-        self._old_displacement, self._old_velocity = (
-            (dolfinx.fem.Function(self.displacement_space) if scene.inertia else None) for _ in range(2)
-        )
+        self.momentum = Momentum(scene, self.material, self.displacement_space, self.time_step)
         self._split_cells()
         self.density_dofs = self._growing_densities()
         storing = at_corners(self.growing_volume) if variant.storage_at_corners else self.growing_volume
@@ -164,80 +147,21 @@ class Discretisation(ABC):
         values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
         return np.reshape(values, (len(cells), -1))
 
-    def _momentum(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure) -> ufl.Form:
-        """What acts inside the body in the balance of momentum: stress, open body forces, the rate of momentum.
-
-        Each load case's by its weight, which makes the condensed tangent of all of them symmetric.
-        """
-        scene, terms = self.scene, []
-        for case, u, test in zip(self.cases, us, tests, strict=True):
-            test = _weighted(case, test)
-            terms.append(balances.internal_work(u, rho, test, self.material, dV))
-            terms += [
-                balances.external_work(-self._load_share * load.force(u, rho, scene.mesh), test, dV)
-                for load in case.loads
-                if isinstance(load, OpenLoad) and load.on is None
-            ]
-        if scene.inertia is not None and not scene.inertia.lumped:
-            terms.append(self._inertia(us[0], rho, tests[0], dV))
-        return total(terms)
-
-    def _inertia(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
-        old_u, old_velocity = self._old_displacement, self._old_velocity
-        return balances.inertia(u, old_u, old_velocity, rho, test, self.time_step, dV)
-
     def _resting_momentum(self, us: list[Any], tests: list[Any]) -> list[ufl.Form]:
         """The same in the regions that do not grow, at the density they have from the start; none if all grow."""
         if self.resting_volume is None:
             return []
         rho = as_ufl(self.scene.start_density, self.scene.mesh)
-        forms = [self._momentum(us, rho, tests, self.resting_volume)]
-        return forms + self._lumped_inertia(us, rho, tests, self.resting_volume)
-
-    def _lumped_inertia(self, us: list[Any], rho: Any, tests: list[Any], volume: ufl.Measure) -> list[ufl.Form]:
-        """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
-        inertia = self.scene.inertia
-        lumped = inertia is not None and inertia.lumped
-        return [self._inertia(us[0], rho, tests[0], at_corners(volume))] if lumped else []
-
-    def _boundary_loads(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
-        """Minus the work of the loads on boundaries that depend on the state, one form for each."""
-        mesh, degree = self.scene.mesh, 2 * self.displacement_space.element.basix_element.degree
-        return [
-            balances.external_work(
-                -self._load_share * load.force(u, rho, mesh),
-                _weighted(case, test),
-                mesh.boundary_measure(load.on, degree),
-            )
-            for case, u, test in zip(self.cases, us, tests, strict=True)
-            for load in case.loads
-            if isinstance(load, OpenLoad) and load.on is not None
-        ]
-
-    def _mean_energy(self, us: list[Any]) -> Any:
-        """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, in UFL."""
-        energies = [self.material.energy(deformation_gradient(u)) for u in us]
-        return total([_weighted(case, energy) for case, energy in zip(self.cases, energies, strict=True)])
+        forms = [self.momentum.inside(us, rho, tests, self.resting_volume)]
+        return forms + self.momentum.of_corners(us, rho, tests, self.resting_volume)
 
     def mean_energy(self) -> Any:
         """Elastic energy Ψ₀ⁿᵉᵒ of the state that drives the growth, a UFL expression, energy per reference volume."""
-        return self._mean_energy(self.displacements)
+        return self.momentum.mean_energy(self.displacements)
 
     def mean_stress(self) -> Any:
         """Cauchy stress of the state, the weighted mean over the load cases, UFL of shape (dim, dim)."""
-        stresses = []
-        for case, u in zip(self.cases, self.displacements, strict=True):
-            F = deformation_gradient(u)
-            sigma = self.material.stress(F, self.density) * F.T / volume_ratio(F)
-            stresses.append(_weighted(case, sigma))
-        return total(stresses)
-
-    def _remember_motion(self, displacement: Floats) -> None:
-        """Make a displacement, as `displacement.x.array`, the old one of the next step, with its velocity."""
-        if self._old_displacement is not None and self._old_velocity is not None:
-            old = self._old_displacement.x.array
-            self._old_velocity.x.array[:] = (displacement - old) / float(self.time_step.value)
-            old[:] = displacement
+        return self.momentum.mean_stress(self.displacements, self.density)
 
     def _hold(self, spaces: list[dolfinx.fem.FunctionSpace]) -> None:
         """Boundary conditions on the displacements, each in a space of its own or in a part of a mixed one."""
@@ -286,7 +210,7 @@ class Discretisation(ABC):
         """Set the step's length, load and end, and put the prescribed displacements on the first iterate."""
         self.time_step.value = time_step
         self.time, self.amplitude = time, amplitude
-        self._load_share.value = amplitude
+        self.momentum.share.value = amplitude
         for held in self.held:
             self.unknown.x.array[held.dofs] = amplitude * held.values
 

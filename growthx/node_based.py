@@ -17,8 +17,9 @@ import ufl
 
 from growthx import balances, compat
 from growthx.assembly import assemble
-from growthx.discretisation import Discretisation, at_corners, total
+from growthx.discretisation import Discretisation
 from growthx.fields import is_uniform, law_as_ufl
+from growthx.momentum import at_corners, total
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices
@@ -40,12 +41,12 @@ class NodeBased(Discretisation):
 
         *us, rho = ufl.split(self.unknown)
         *tests, test_rho = ufl.TestFunctions(W)
-        energy = self._mean_energy(us)
+        energy = self.momentum.mean_energy(us)
         dV = self.growing_volume
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
         scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
         self._gains = [self.compile.form(form) for form in self._mass_gains(us, rho, energy, test_rho)]
-        residual, at_nodes = self._momentum(us, rho, tests, dV), []
+        residual, at_nodes = self.momentum.inside(us, rho, tests, dV), []
         for term, lumped in (
             (
                 partial(balances.storage, rho, self.old_density, scale * test_rho, self.time_step),
@@ -65,9 +66,9 @@ class NodeBased(Discretisation):
         for form in self._influx(us, rho, scale * test_rho):
             residual -= form
         resting = self._resting_momentum(us, tests)
-        forms = [sum(resting[:1], residual), *resting[1:], *self._lumped_inertia(us, rho, tests, dV)]
+        forms = [sum(resting[:1], residual), *resting[1:], *self.momentum.of_corners(us, rho, tests, dV)]
         forms += [total(at_nodes)] if at_nodes else []
-        forms += self._boundary_loads(us, rho, tests)
+        forms += self.momentum.on_boundaries(us, rho, tests)
         self.residuals = [self.compile.form(form) for form in forms]
         self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
         self.coupling = self.tangents[0]
@@ -155,7 +156,7 @@ class NodeBased(Discretisation):
     def accept_step(self) -> None:
         """Make the running iterate the state."""
         self._supply = self._supplied()
-        self._remember_motion(self.iterate_displacement())
+        self.momentum.remember_motion(self.iterate_displacement())
         for case, u in enumerate(self.displacements):
             u.x.array[:] = self.iterate_displacement(case)
         self._show_mean_displacement()

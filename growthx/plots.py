@@ -22,7 +22,7 @@ from growthx.subcells import Subcells, lattice, subcells
 if TYPE_CHECKING:
     from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
-    from growthx.scene import DistributedForce
+    from growthx.loads import DistributedForce
 
     Arrow = tuple[DistributedForce, Floats]  # a force and where it acts
     _Panel = tuple["_Body", list[Arrow]]
@@ -213,7 +213,7 @@ def _arrows(problem: Discretisation) -> list[Arrow]:
     """Distributed forces and where they act: the mean position of the boundary, weighted by traction."""
     import dolfinx
 
-    from growthx.scene import DistributedForce
+    from growthx.loads import DistributedForce
 
     mesh = problem.scene.mesh
     arrows: list[Arrow] = []

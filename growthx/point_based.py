@@ -17,15 +17,17 @@ import ufl
 from growthx import balances, compat
 from growthx.assembly import assemble
 from growthx.condensation import condensed_tangent
-from growthx.discretisation import Discretisation, total
+from growthx.discretisation import Discretisation
 from growthx.errors import InputError
 from growthx.fields import law_as_arrays
 from growthx.local_balance import LocalSource, solve_density
+from growthx.momentum import total
 from growthx.variants import AtPoints, suited
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
-    from growthx.scene import LoadCase, Scene
+    from growthx.loads import LoadCase
+    from growthx.scene import Scene
     from growthx.variants import Variant
 
 
@@ -47,10 +49,10 @@ class PointBased(Discretisation):
         self.symmetric = variant.one_rule and linear and not scene.open_loads and scene.inertia is None
         V = self._make_unknown()
         us, tests, rho = self._us, _split(ufl.TestFunction(V), self.cases), self.density
-        growing = [self._momentum(us, rho, tests, self.growing_volume)]
-        growing += self._lumped_inertia(us, rho, tests, self.growing_volume)
+        growing = [self.momentum.inside(us, rho, tests, self.growing_volume)]
+        growing += self.momentum.of_corners(us, rho, tests, self.growing_volume)
         # Neither knows a density that is solved for: their tangents need no condensation.
-        resting, boundary = self._resting_momentum(us, tests), self._boundary_loads(us, rho, tests)
+        resting, boundary = self._resting_momentum(us, tests), self.momentum.on_boundaries(us, rho, tests)
         residuals = [total(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
         self.residuals = [self.compile.form(form) for form in residuals]
         self.tangents = [self._condensed_tangent(V)]
@@ -103,7 +105,7 @@ class PointBased(Discretisation):
 
     def _prepare_energies(self) -> None:
         """Compile the elastic energies that drive the densities: their means, or each if the source is not linear."""
-        energy = self._mean_energy(self._us)
+        energy = self.momentum.mean_energy(self._us)
         self._weights = None
         if self._pointwise or self.scene.growth.is_linear:
             self._energy = self._share_form(energy, self.density_space)
@@ -128,15 +130,15 @@ class PointBased(Discretisation):
         trial = trials[0] if count == 1 else ufl.as_vector([component for each in trials for component in each])
         dV = self.whole_volume  # of a cell: which cells, the form built from this one is told
         dM = self._with_mass_points(dV)
-        momentum = self._momentum(us, rho, tests, dV)
+        momentum = self.momentum.inside(us, rho, tests, dV)
         # What has stopped at a bound does not follow the deformation.
         follows = test_rho if self._free is None else self._free * test_rho
         mass = balances.storage(rho, self.old_density, test_rho, self.time_step, dM) - balances.source(
-            rho, self._mean_energy(us), follows, self.growth, self.material, dM
+            rho, self.momentum.mean_energy(us), follows, self.growth, self.material, dM
         )
         # Two rules in one form, one of them of a single point, would assemble wrongly and silently.
         residuals = [momentum + mass] if self.variant.one_rule else [momentum, mass]
-        residuals += self._lumped_inertia(us, rho, tests, dV)
+        residuals += self.momentum.of_corners(us, rho, tests, dV)
         tangents = [
             ufl.derivative(each, self.unknown, trial) + ufl.derivative(each, rho, trial_rho) for each in residuals
         ]
@@ -187,7 +189,7 @@ class PointBased(Discretisation):
             for case, u in enumerate(self.displacements):
                 u.x.array[:] = self.iterate_displacement(case)
             self._show_mean_displacement()
-        self._remember_motion(self.displacement.x.array)
+        self.momentum.remember_motion(self.displacement.x.array)
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""

@@ -3,222 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from growthx.arrays import Floats
 from growthx.errors import InputError, require, require_number
 from growthx.fields import Field
+from growthx.loads import Load, LoadCase
 from growthx.open_loads import OpenLoad
+from growthx.supports import PointSupport, Support
 
 if TYPE_CHECKING:
-    from ufl import Measure
-
     from growthx.growth import GrowthLaw
     from growthx.material import Material
     from growthx.mesh import Mesh
     from growthx.transport import Influx, MassFlux, PrescribedDensity
-
-Position = Callable[[Floats], Floats]
-
-
-class _Held:
-    """What supports share: a displacement, of which some directions may be free."""
-
-    displacement: tuple[float | None, ...] | None
-
-    @property
-    def place(self) -> str:
-        """Where it holds, as a part of a sentence and as its name."""
-        raise NotImplementedError
-
-    def components(self, dim: int) -> list[tuple[int, float]]:
-        """Pairs (direction, prescribed value) of the directions that are held."""
-        values = (0.0,) * dim if self.displacement is None else self.displacement
-        if len(values) != dim:
-            raise InputError(
-                f"the displacement {values} of the support '{self.place}' has {len(values)} entries: "
-                f"the mesh needs {dim}"
-            )
-        for value in values:
-            if value is not None:
-                what = f"the displacement of the support '{self.place}'"
-                require_number(value, what, "a finite number", lambda _: True)
-        return [(i, float(value)) for i, value in enumerate(values) if value is not None]
-
-
-@dataclass(frozen=True)
-class Support(_Held):
-    """Prescribed displacement of a named boundary.
-
-    displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
-    Values other than zero grow with the load.
-    """
-
-    on: str
-    displacement: tuple[float | None, ...] | None = None
-
-    @property
-    def place(self) -> str:
-        """The boundary."""
-        return self.on
-
-
-@dataclass(frozen=True)
-class PointSupport(_Held):
-    """Prescribed displacement of the node at a place.
-
-    at: the place at rest, one entry (length) per direction.  displacement: as in `Support`.
-    """
-
-    at: tuple[float, ...]
-    displacement: tuple[float | None, ...] | None = None
-
-    @property
-    def place(self) -> str:
-        """The place, as text."""
-        return "({})".format(", ".join(f"{x:g}" for x in self.at))
-
-
-class Load(Protocol):
-    """A dead load on a named boundary or in the body."""
-
-    @property
-    def place(self) -> str:
-        """Where it acts, as a part of a sentence."""
-        ...
-
-    def measure(self, mesh: Mesh, degree: int) -> Measure:
-        """What it is integrated over, exactly for polynomials of `degree`; InputError if the mesh has no such part."""
-        ...
-
-    def intensity(self, x: Floats) -> Floats:
-        """Force per area, or volume, at the points x, (3, points), shape (dim, points).
-
-        Up to a factor if there is a resultant.
-        """
-        ...
-
-    @property
-    def resultant(self) -> tuple[float, ...] | None:
-        """The resulting force the load must be scaled to, or None where it is meant as it is."""
-        ...
-
-    @property
-    def history(self) -> Callable[[float], float] | None:
-        """Its share as a function of time, in place of the program's ramp."""
-        ...
-
-
-def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
-    for value in values:
-        require_number(value, what, "a finite number", lambda _: True)
-    return tuple(float(value) for value in values)
-
-
-def _at(value: tuple[float, ...] | Position, x: Floats) -> Floats:
-    """A vector, or a function of position, at the points x, shape (dim, points)."""
-    if callable(value):
-        return value(x)
-    return np.tile(np.array(value, dtype=float)[:, np.newaxis], x.shape[1])
-
-
-class _OnBoundary:
-    """A load on a named boundary."""
-
-    on: str
-
-    @property
-    def place(self) -> str:
-        """Where it acts, as a part of a sentence."""
-        return f"on '{self.on}'"
-
-    def measure(self, mesh: Mesh, degree: int) -> Measure:
-        """The boundary's area."""
-        return mesh.boundary_measure(self.on, degree)
-
-
-@dataclass(frozen=True)
-class Traction(_OnBoundary):
-    """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points).
-
-    history: its share as a function of time, in place of the program's ramp.
-    """
-
-    on: str
-    value: tuple[float, ...] | Position
-    history: Callable[[float], float] | None = None
-    resultant: ClassVar[None] = None
-
-    def __post_init__(self) -> None:
-        if not callable(self.value):
-            _vector(self.value, f"a component of the traction {self.place}")
-
-    def intensity(self, x: Floats) -> Floats:
-        """Traction at the points x."""
-        return _at(self.value, x)
-
-
-@dataclass(frozen=True)
-class BodyForce:
-    """Dead momentum source b̄₀ per reference volume (8): a vector, or a function of position as in `Traction`.
-
-    region: name of the region it acts in; None: everywhere.  history: as in `Traction`.
-    """
-
-    value: tuple[float, ...] | Position
-    region: str | None = None
-    history: Callable[[float], float] | None = None
-    resultant: ClassVar[None] = None
-
-    def __post_init__(self) -> None:
-        if not callable(self.value):
-            _vector(self.value, f"a component of the body force {self.place}")
-
-    @property
-    def place(self) -> str:
-        """Where it acts, as a part of a sentence."""
-        return "in the whole body" if self.region is None else f"in '{self.region}'"
-
-    def measure(self, mesh: Mesh, degree: int) -> Measure:
-        """The region's volume."""
-        return mesh.volume_measure(self.region, degree)
-
-    def intensity(self, x: Floats) -> Floats:
-        """Force per volume at the points x."""
-        return _at(self.value, x)
-
-
-@dataclass(frozen=True)
-class DistributedForce(_OnBoundary):
-    """A force spread over a named boundary as parallel tractions in proportion to `weight`.
-
-    force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
-    weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
-    case: the load case it belongs to, for pictures.  history: as in `Traction`.
-    """
-
-    on: str
-    force: tuple[float, ...]
-    weight: Position | None = None
-    case: str = "load"
-    history: Callable[[float], float] | None = None
-
-    def __post_init__(self) -> None:
-        _vector(self.force, f"a component of the force {self.place}")
-
-    @property
-    def resultant(self) -> tuple[float, ...]:
-        """The force."""
-        return self.force
-
-    def intensity(self, x: Floats) -> Floats:
-        """Force times weight at the points x."""
-        weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
-        return np.outer(self.force, weight)
 
 
 @dataclass(frozen=True)
@@ -250,21 +51,6 @@ class Program:
         """Share of the loads at a time, from 0 to 1."""
         # A step meant to end the ramp may miss its end by a rounding error.
         return 1.0 if time >= self.ramp * (1 - 1e-12) else time / self.ramp
-
-
-@dataclass(frozen=True)
-class LoadCase:
-    """Loads that act at their own times, with a displacement of their own: an activity of the day.
-
-    weight: its part of the daily cycles, up to a factor.
-    """
-
-    name: str
-    weight: float
-    loads: tuple[Load | OpenLoad, ...]
-
-    def __post_init__(self) -> None:
-        require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,9 @@ from blocks import block, square
 
 import growthx as gx
 from growthx.errors import InputError
-from growthx.scene import DistributedForce, Program, Support, Traction
+from growthx.loads import DistributedForce, Traction
+from growthx.scene import Program
+from growthx.supports import Support
 
 POINTS = np.array([[0.0, 0.5, 1.0], [0.0, 0.2, 0.4], [0.0, 0.0, 0.0]])
 

@@ -12,9 +12,11 @@ from growthx import meshing
 from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
+from growthx.loads import Traction
 from growthx.material import Material
 from growthx.sampling import positions, reference_corners
-from growthx.scene import Program, Scene, Support, Traction
+from growthx.scene import Program, Scene
+from growthx.supports import Support
 
 if TYPE_CHECKING:
     from collections.abc import Callable

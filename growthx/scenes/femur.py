@@ -19,9 +19,11 @@ from scipy.spatial import KDTree
 from growthx import meshing
 from growthx.errors import InputError, require_number
 from growthx.growth import EnergyDrivenGrowth
+from growthx.loads import DistributedForce, LoadCase, Position
 from growthx.material import Material
 from growthx.mesh import Mesh
-from growthx.scene import DistributedForce, LoadCase, Position, Program, Scene, Support
+from growthx.scene import Program, Scene
+from growthx.supports import Support
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats

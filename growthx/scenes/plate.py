@@ -11,9 +11,11 @@ from mpi4py import MPI
 from growthx import meshing
 from growthx.errors import InputError
 from growthx.growth import EnergyDrivenGrowth
+from growthx.loads import Traction
 from growthx.material import Material
 from growthx.mesh import Mesh
-from growthx.scene import Program, Scene, Support, Traction
+from growthx.scene import Program, Scene
+from growthx.supports import Support
 
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation

@@ -1,0 +1,173 @@
+"""Dead loads: forces per reference area or volume that do not depend on the state, and the cases they act in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+import numpy as np
+
+from growthx.arrays import Floats
+from growthx.errors import require_number
+
+if TYPE_CHECKING:
+    from ufl import Measure
+
+    from growthx.mesh import Mesh
+    from growthx.open_loads import OpenLoad
+
+Position = Callable[[Floats], Floats]
+
+
+class Load(Protocol):
+    """A dead load on a named boundary or in the body."""
+
+    @property
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
+        ...
+
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """What it is integrated over, exactly for polynomials of `degree`; InputError if the mesh has no such part."""
+        ...
+
+    def intensity(self, x: Floats) -> Floats:
+        """Force per area, or volume, at the points x, (3, points), shape (dim, points).
+
+        Up to a factor if there is a resultant.
+        """
+        ...
+
+    @property
+    def resultant(self) -> tuple[float, ...] | None:
+        """The resulting force the load must be scaled to, or None where it is meant as it is."""
+        ...
+
+    @property
+    def history(self) -> Callable[[float], float] | None:
+        """Its share as a function of time, in place of the program's ramp."""
+        ...
+
+
+def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
+    for value in values:
+        require_number(value, what, "a finite number", lambda _: True)
+    return tuple(float(value) for value in values)
+
+
+def _at(value: tuple[float, ...] | Position, x: Floats) -> Floats:
+    """A vector, or a function of position, at the points x, shape (dim, points)."""
+    if callable(value):
+        return value(x)
+    return np.tile(np.array(value, dtype=float)[:, np.newaxis], x.shape[1])
+
+
+class _OnBoundary:
+    """A load on a named boundary."""
+
+    on: str
+
+    @property
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
+        return f"on '{self.on}'"
+
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """The boundary's area."""
+        return mesh.boundary_measure(self.on, degree)
+
+
+@dataclass(frozen=True)
+class Traction(_OnBoundary):
+    """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points).
+
+    history: its share as a function of time, in place of the program's ramp.
+    """
+
+    on: str
+    value: tuple[float, ...] | Position
+    history: Callable[[float], float] | None = None
+    resultant: ClassVar[None] = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.value):
+            _vector(self.value, f"a component of the traction {self.place}")
+
+    def intensity(self, x: Floats) -> Floats:
+        """Traction at the points x."""
+        return _at(self.value, x)
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """Dead momentum source b̄₀ per reference volume (8): a vector, or a function of position as in `Traction`.
+
+    region: name of the region it acts in; None: everywhere.  history: as in `Traction`.
+    """
+
+    value: tuple[float, ...] | Position
+    region: str | None = None
+    history: Callable[[float], float] | None = None
+    resultant: ClassVar[None] = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.value):
+            _vector(self.value, f"a component of the body force {self.place}")
+
+    @property
+    def place(self) -> str:
+        """Where it acts, as a part of a sentence."""
+        return "in the whole body" if self.region is None else f"in '{self.region}'"
+
+    def measure(self, mesh: Mesh, degree: int) -> Measure:
+        """The region's volume."""
+        return mesh.volume_measure(self.region, degree)
+
+    def intensity(self, x: Floats) -> Floats:
+        """Force per volume at the points x."""
+        return _at(self.value, x)
+
+
+@dataclass(frozen=True)
+class DistributedForce(_OnBoundary):
+    """A force spread over a named boundary as parallel tractions in proportion to `weight`.
+
+    force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
+    weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
+    case: the load case it belongs to, for pictures.  history: as in `Traction`.
+    """
+
+    on: str
+    force: tuple[float, ...]
+    weight: Position | None = None
+    case: str = "load"
+    history: Callable[[float], float] | None = None
+
+    def __post_init__(self) -> None:
+        _vector(self.force, f"a component of the force {self.place}")
+
+    @property
+    def resultant(self) -> tuple[float, ...]:
+        """The force."""
+        return self.force
+
+    def intensity(self, x: Floats) -> Floats:
+        """Force times weight at the points x."""
+        weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
+        return np.outer(self.force, weight)
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """Loads that act at their own times, with a displacement of their own: an activity of the day.
+
+    weight: its part of the daily cycles, up to a factor.
+    """
+
+    name: str
+    weight: float
+    loads: tuple[Load | OpenLoad, ...]
+
+    def __post_init__(self) -> None:
+        require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)

@@ -1,0 +1,65 @@
+"""Where a body is held: prescribed displacements of boundaries and of nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from growthx.errors import InputError, require_number
+
+
+class _Held:
+    """What supports share: a displacement, of which some directions may be free."""
+
+    displacement: tuple[float | None, ...] | None
+
+    @property
+    def place(self) -> str:
+        """Where it holds, as a part of a sentence and as its name."""
+        raise NotImplementedError
+
+    def components(self, dim: int) -> list[tuple[int, float]]:
+        """Pairs (direction, prescribed value) of the directions that are held."""
+        values = (0.0,) * dim if self.displacement is None else self.displacement
+        if len(values) != dim:
+            raise InputError(
+                f"the displacement {values} of the support '{self.place}' has {len(values)} entries: "
+                f"the mesh needs {dim}"
+            )
+        for value in values:
+            if value is not None:
+                what = f"the displacement of the support '{self.place}'"
+                require_number(value, what, "a finite number", lambda _: True)
+        return [(i, float(value)) for i, value in enumerate(values) if value is not None]
+
+
+@dataclass(frozen=True)
+class Support(_Held):
+    """Prescribed displacement of a named boundary.
+
+    displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
+    Values other than zero grow with the load.
+    """
+
+    on: str
+    displacement: tuple[float | None, ...] | None = None
+
+    @property
+    def place(self) -> str:
+        """The boundary."""
+        return self.on
+
+
+@dataclass(frozen=True)
+class PointSupport(_Held):
+    """Prescribed displacement of the node at a place.
+
+    at: the place at rest, one entry (length) per direction.  displacement: as in `Support`.
+    """
+
+    at: tuple[float, ...]
+    displacement: tuple[float | None, ...] | None = None
+
+    @property
+    def place(self) -> str:
+        """The place, as text."""
+        return "({})".format(", ".join(f"{x:g}" for x in self.at))
