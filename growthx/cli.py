@@ -194,6 +194,13 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mesh", metavar="FILE", help="own .geo or .msh in mm with boundaries 'surface' and 'distal'")
     _add(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
     _add(parser, "--loads", "average", str, LOADS)
+    parser.add_argument(
+        "--weights",
+        type=float,
+        nargs=3,
+        metavar="W",
+        help="weights of midstance of gait, extreme abduction and extreme adduction (those of --loads)",
+    )
     _add(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
     _add(parser, "--until", 160.0, float, "end time")
     _add(parser, "--dt", 4.0, float, "time step; the load ramps over five of them")
@@ -214,7 +221,7 @@ def _femur(options: argparse.Namespace) -> Scene:
         size=options.size,
         refine=options.refine,
         thickness=options.thickness,
-        weights=loads.weights,
+        weights=tuple(options.weights or loads.weights),
         separate=loads.separate,
         n=options.n,
         m=options.m,
