@@ -55,7 +55,7 @@ _HOME = {
     "InputError": "errors",
     "EndedEarly": "errors",
 }
-_MODULES = {"meshing", "plots", "report", "results", "scenes", "variants", "wellposedness", "zones"}
+_MODULES = {"baselines", "meshing", "plots", "report", "results", "scenes", "variants", "wellposedness", "zones"}
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
