@@ -8,6 +8,7 @@ of all runs as CSV.
 """
 
 import csv
+import logging
 from dataclasses import replace
 
 import growthx as gx
@@ -88,6 +89,7 @@ def numbers(label, step, time, problem):
 
 
 def main():
+    logging.getLogger("growthx").setLevel(logging.ERROR)  # that m = 0 is ill-posed is what is shown here
     folder, rows = None, []
     for name, (m, until) in LAWS.items():
         made = list(runs(m, until))

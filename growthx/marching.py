@@ -75,15 +75,14 @@ def march(
 def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[Step]:
     program = scene.program
     time, cut, rejected = 0.0, 1.0, 0
-    mass = problem.mass()
+    mass, solver = problem.mass(), _Solver(problem, newton)
     for target in map(float, program.times()):
         while time < target:
             remaining = target - time
             # The last piece ends on the requested time exactly and is never a sliver.
             pieces = max(1, round(remaining / (cut * program.step)))
             end = target if pieces == 1 else time + remaining / pieces
-            problem.begin_step(end - time, program.amplitude(end), end)
-            report = newton.solve()
+            report = solver.solve(end - time, program.amplitude(end), end)
             if not report.converged:
                 why = problem.inadmissible() or report.reason
                 problem.reject_step()
@@ -112,3 +111,43 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
                 reactions=reactions,
             )
             time, rejected, cut = end, 0, min(1.0, 2 * cut)
+
+
+class _Solver:
+    """Solves one step after another, each from what the last one foretells or, if that fails, from the last state."""
+
+    def __init__(self, problem: Discretisation, newton: Newton) -> None:
+        self._problem, self._newton = problem, newton
+        self._amplitude = 0.0
+        self._last: tuple[float, float, Floats] | None = None  # time step, growth of the load, change of the unknown
+
+    def solve(self, time_step: float, amplitude: float, end: float) -> NewtonReport:
+        """Bring the running iterate to balance at the end of a step."""
+        problem, growth = self._problem, amplitude - self._amplitude
+        state = problem.unknown.x.array.copy()
+        problem.begin_step(time_step, amplitude, end)
+        report = self._newton.solve() if self._foretell(state, time_step, growth) else None
+        if report is None or not report.converged:
+            if report is not None:
+                problem.reject_step()
+                problem.begin_step(time_step, amplitude, end)
+            report = self._newton.solve()
+        if report.converged:
+            self._amplitude, self._last = amplitude, (time_step, growth, problem.unknown.x.array - state)
+        return report
+
+    def _foretell(self, state: Floats, time_step: float, growth: float) -> bool:
+        """Put a linear continuation of the last step on the iterate; False if the load does not go on as it went."""
+        if self._last is None:
+            return False
+        last_step, last_growth, change = self._last
+        ratio = time_step / last_step
+        if abs(growth - ratio * last_growth) > 1e-9:
+            return False
+        unknown = self._problem.unknown.x.array
+        begun = unknown.copy()
+        unknown[:] = state + ratio * change
+        for condition in self._problem.conditions:  # what is prescribed has been put there already
+            dofs, _ = condition.dof_indices()
+            unknown[dofs] = begun[dofs]
+        return True

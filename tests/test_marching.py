@@ -58,12 +58,13 @@ def test_cutting_does_not_change_where_a_run_goes(variant):
     scene = block(square(3, shape=variant.cells[0]), **PUSHED)
     steps, problem = run(scene, variant)
     same = gx.discretise(scene, variant)
+    from growthx.marching import _Solver
     from growthx.newton import Newton
 
     newton = Newton(same)
+    solver = _Solver(same, newton)
     for step in steps:
-        same.begin_step(step.time_step, step.load)
-        assert newton.solve().converged
+        assert solver.solve(step.time_step, step.load, step.time).converged
         same.accept_step()
     newton.destroy()
     assert densities(same) == pytest.approx(densities(problem), rel=1e-8)
@@ -117,6 +118,24 @@ def test_a_run_that_fails_at_once_says_so():
     assert (result.steps, result.time) == ([], 0.0)
     assert densities(result.problem)[:, 2] == pytest.approx(1.2, rel=0, abs=0)
     assert not np.any(displacements(result.problem)[:, 2:])
+
+
+@kinds
+def test_steps_begin_where_the_last_one_points(variant):
+    """Where the load goes on as it went, a linear continuation saves iterations and leads to the same state."""
+    from growthx import marching
+
+    scene = block(square(4, 0.05, shape=variant.cells[0]), program=gx.Program(step=0.02, until=0.4, ramp=0.1))
+    foretold, problem = run(scene, variant, tolerance=1e-12)
+    foretell = marching._Solver._foretell
+    marching._Solver._foretell = lambda *_: False
+    try:
+        plain, same = run(scene, variant, tolerance=1e-12)
+    finally:
+        marching._Solver._foretell = foretell
+    iterations = [sum(step.newton_iterations for step in steps) for steps in (foretold, plain)]
+    assert iterations[0] < iterations[1]
+    assert densities(problem) == pytest.approx(densities(same), rel=1e-10)
 
 
 @variants
