@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from growthx.growth import EnergyDrivenGrowth
+from growthx.growth import (
+    EnergyDrivenGrowth,
+    SpecificEnergyDrivenGrowth,
+    StrainDrivenGrowth,
+    StressDrivenGrowth,
+)
 from growthx.local_balance import LocalSource, solve_density
 from growthx.material import Material
 
@@ -123,7 +128,9 @@ def test_a_guess_on_the_wrong_root_is_left():
     growth, material, time_step = EnergyDrivenGrowth(0.5, 1.0, 1.0), Material(1.0, density_exponent=3.0), 0.2
     lower, upper = np.sort(np.roots([-time_step, 1.0, time_step * 0.5 - 1.0]))
     for guess in (upper, upper * (1 - 1e-12), upper * 1.5):
-        root = solve_density(LocalSource(growth, material, np.array([1.0])), np.array([1.0]), time_step, np.array([guess]))
+        root = solve_density(
+            LocalSource(growth, material, np.array([1.0])), np.array([1.0]), time_step, np.array([guess])
+        )
         assert root[0] == pytest.approx(lower, rel=1e-13)
 
 
@@ -163,3 +170,163 @@ def test_parameters_may_differ_from_point_to_point():
 def test_nothing_to_solve():
     """A rank may own no growing cell."""
     assert solve(2, 3, np.empty(0), np.empty(0), 0.1).shape == (0,)
+
+
+# -- other laws, and several energies for one density ------------------------------------------------------------------
+
+LAWS = {
+    "energy": EnergyDrivenGrowth(0.7, 1.4, 3.0),
+    "energy, dead zone": EnergyDrivenGrowth(0.7, 1.4, 3.0, dead_zone=0.3),
+    "energy per mass": SpecificEnergyDrivenGrowth(0.7, 1.4),
+    "strain": StrainDrivenGrowth(0.7, 1.4, 1.5),
+    "stress": StressDrivenGrowth(0.7, 1.4, 3.0),
+    "stress, dead zone": StressDrivenGrowth(0.7, 1.4, 3.0, dead_zone=0.3),
+}
+laws_of_all_kinds = pytest.mark.parametrize("growth", LAWS.values(), ids=LAWS)
+MATERIAL = Material(2.0, 0.3, 1.3, 2.0)
+
+
+def points(count, of_each, seed=5):
+    """Energies of several points of each density, and shares of the points that are not equal."""
+    random = np.random.default_rng(seed)
+    energy = 10 ** random.uniform(-2, 0.5, (count, of_each))
+    weights = random.uniform(0.5, 2.0, (count, of_each))
+    return energy, weights / weights.sum(axis=1, keepdims=True)
+
+
+@laws_of_all_kinds
+@pytest.mark.parametrize("of_each", [1, 4])
+def test_each_law_is_solved_for_the_mean_of_its_sources(growth, of_each):
+    """r(ρ) = ρ − ρₙ − Δt Σ wᵢ R₀(ρ, Ψᵢ), bracketed and bisected here one by one; a mean of Ψ would not do."""
+    energy, weights = points(40, of_each)
+    old, time_step = np.random.default_rng(6).uniform(0.8, 2.0, 40), 0.15
+
+    def balance(rho, i):
+        return rho - old[i] - time_step * weights[i] @ growth.mass_source(rho, energy[i], MATERIAL)
+
+    # With these parameters r rises over the bracket, so that there is one root.
+    expected = [brentq(balance, 0.4, 40.0, args=(i,), xtol=1e-14) for i in range(40)]
+    rho = solve_density(LocalSource(growth, MATERIAL, energy, weights), old, time_step, old)
+    assert rho == pytest.approx(np.array(expected), rel=1e-12)
+
+
+@laws_of_all_kinds
+def test_one_point_with_all_the_weight_is_the_point(growth):
+    """The two ways to give energies must be one law: rate, slope and density agree."""
+    energy, old = points(30, 1)[0], np.linspace(0.8, 2.0, 30)
+    alone = LocalSource(growth, MATERIAL, energy[:, 0])
+    weighed = LocalSource(growth, MATERIAL, energy, np.ones((30, 1)))
+    for one, other in ((alone.rate(old), weighed.rate(old)), (alone.slope(old), weighed.slope(old))):
+        assert one.shape == other.shape == (30,)
+        assert one == pytest.approx(other, rel=1e-14)
+    assert solve_density(alone, old, 0.1, old) == pytest.approx(solve_density(weighed, old, 0.1, old), rel=1e-14)
+
+
+@laws_of_all_kinds
+def test_only_a_linear_law_may_be_given_a_mean_energy(growth):
+    """`is_linear` decides whether a cell's mean energy is enough: where it says so it must be, and only there."""
+    energy, weights = points(30, 4)
+    rho = np.linspace(0.8, 2.0, 30)
+    mean = (weights * energy).sum(axis=1)
+    apart = np.abs(
+        LocalSource(growth, MATERIAL, energy, weights).rate(rho) - LocalSource(growth, MATERIAL, mean).rate(rho)
+    )
+    assert apart.max() < 1e-14 if growth.is_linear else apart.max() > 1e-2
+    assert growth.is_linear == (growth in (LAWS["energy"], LAWS["energy per mass"]))
+
+
+@laws_of_all_kinds
+@pytest.mark.parametrize("of_each", [None, 4])
+def test_the_slope_is_the_derivative_of_the_rate(growth, of_each):
+    """The local Newton relies on it, for one energy and for several."""
+    energy, weights = points(30, of_each or 1)
+    source = LocalSource(growth, MATERIAL, energy, weights) if of_each else LocalSource(growth, MATERIAL, energy[:, 0])
+    rho, step = np.linspace(0.8, 2.0, 30), 1e-6
+    difference = (source.rate(rho + step) - source.rate(rho - step)) / (2 * step)
+    assert source.slope(rho) == pytest.approx(difference, rel=1e-6, abs=1e-8)
+
+
+def test_parameters_stay_with_their_densities_beside_several_points():
+    """Parameters are one for each density and energies a row: a wrong axis shows where their numbers are the same."""
+    energy, weights = points(4, 4)
+    old, random = np.linspace(0.8, 2.0, 4), np.random.default_rng(3)
+    attractor, rate, reference = random.uniform(0.1, 0.5, 4), random.uniform(0.5, 2, 4), random.uniform(0.8, 2, 4)
+    growth = StrainDrivenGrowth(attractor, rate, dead_zone=0.1)
+    together = solve_density(
+        LocalSource(growth, Material(2.0, reference_density=reference), energy, weights), old, 0.3, old
+    )
+    for i in range(4):
+        alone = StrainDrivenGrowth(float(attractor[i]), float(rate[i]), dead_zone=0.1)
+        material = Material(2.0, reference_density=float(reference[i]))
+        source = LocalSource(alone, material, energy[[i]], weights[[i]])
+        assert solve_density(source, old[[i]], 0.3, old[[i]])[0] == pytest.approx(together[i], rel=1e-13)
+
+
+# -- bounds of density -------------------------------------------------------------------------------------------------
+
+
+def bounded(n, m, bounds):
+    """The laws of this file with bounds."""
+    return EnergyDrivenGrowth(0.7, 1.4, m, bounds=bounds), Material(2.0, 0.3, 1.3, n)
+
+
+@pytest.mark.parametrize("time_step", TIME_STEPS)
+@pytest.mark.parametrize("bounds", [(0.5, None), (None, 1.5), (0.5, 1.5)])
+@pytest.mark.parametrize(("n", "m"), [(2, 3), (3.5, 4), (1, 4)])
+def test_bounds_cut_the_density_off(n, m, bounds, time_step):
+    """For m > n, r rises: the root is where it was or beyond a bound, and then the density is that bound exactly."""
+    energy = 10 ** np.random.default_rng(8).uniform(-4, 2, 300)
+    old = np.random.default_rng(9).uniform(0.5, 1.5, 300)
+    free = solve(n, m, old, energy, time_step)
+    low, high = (bounds[0] or 0.0), (bounds[1] or np.inf)
+    # Where there is no root at all, density is on its way to zero.
+    expected = np.clip(np.where(np.isnan(free) & (low > 0), 0.0, free), low, high)
+    growth, material = bounded(n, m, bounds)
+    rho = solve_density(LocalSource(growth, material, energy), old, time_step, old)
+    inside = (expected > low) & (expected < high)
+    assert np.array_equal(rho[~inside], expected[~inside], equal_nan=True)
+    assert np.allclose(rho[inside], expected[inside], rtol=1e-12, atol=0)
+    if time_step == 1.0:
+        assert inside.any() and (~inside).any(), "both must occur for the test to mean something"
+
+
+@pytest.mark.parametrize("guess", [np.nan, -1.0, 0.5, 1.5, 1e-12, 1e12])
+def test_bounds_do_not_depend_on_the_guess(guess):
+    """The last iterate may have been at a bound or beyond it: neither may hold a density there."""
+    growth, material = bounded(2, 3, (0.5, 1.5))
+    energy, old = 10 ** np.linspace(-4, 2, 200), np.linspace(0.5, 1.5, 200)
+    source = LocalSource(growth, material, energy)
+    expected = solve_density(source, old, 0.3, old)
+    assert {0.5, 1.5} < set(expected.tolist()) and np.ptp(expected[(expected > 0.5) & (expected < 1.5)]) > 0.5
+    assert solve_density(source, old, 0.3, np.full(200, guess)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_bounds_that_are_not_met_change_nothing():
+    """Wide bounds must leave every bit of the answer as it is."""
+    growth, material = bounded(2, 3, (1e-6, 1e6))
+    old, energy = states(200)
+    rho = solve(2, 3, old, energy, 0.1)
+    found = np.isfinite(rho)
+    assert found.sum() > 150
+    wide = solve_density(LocalSource(growth, material, energy), old, 0.1, old)
+    assert np.array_equal(wide[found], rho[found])
+    assert (wide[~found] == 1e-6).all()  # what has no positive density is on its way to the lowest
+
+
+def test_a_high_bound_stops_what_would_grow_without_end():
+    """ρ − 1 − Δt [2ρ² − ½] = 0 has no root for Δt = 1: growth runs away until it meets the bound."""
+    material = Material(1.0, density_exponent=3.0)
+    one = np.array([1.0])
+    for bound in (1.5, 10.0):
+        growth = EnergyDrivenGrowth(0.5, 1.0, 1.0, bounds=(None, bound))
+        assert solve_density(LocalSource(growth, material, 2 * one), one, 1.0, one)[0] == bound
+    free = EnergyDrivenGrowth(0.5, 1.0, 1.0)
+    assert np.isnan(solve_density(LocalSource(free, material, 2 * one), one, 1.0, one)[0])
+
+
+def test_bounds_hold_with_several_energies_for_a_density():
+    """What decides is the mean source at the bound, not that of any of the points."""
+    energy = np.array([[1e-3, 4.0], [1e-3, 0.2]])
+    growth, material = bounded(2, 3, (0.9, 1.4))
+    source = LocalSource(growth, material, energy, np.full((2, 2), 0.5))
+    assert solve_density(source, np.array([1.2, 1.2]), 1.0, np.array([1.2, 1.2])).tolist() == [1.4, 0.9]
