@@ -8,14 +8,16 @@ u: displacement (length), ρ: reference density, δu and δρ: test functions.  
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import ufl
 
-from growthx.growth import GrowthLaw
 from growthx.kinematics import deformation_gradient
-from growthx.material import Material
-from growthx.transport import MassFlux
+
+if TYPE_CHECKING:
+    from growthx.growth import GrowthLaw
+    from growthx.material import Material
+    from growthx.transport import MassFlux
 
 
 def storage(rho: Any, old_rho: Any, test: Any, time_step: Any, dV: ufl.Measure) -> ufl.Form:

@@ -71,11 +71,14 @@ def _held_dofs(
         raise InputError(f"the support at {support.place} has {len(support.at)} coordinates: the mesh needs {mesh.dim}")
     at, extent = np.array(support.at), float(np.abs(mesh.domain.geometry.x).max(initial=0.0))
     size = mesh.domain.comm.allreduce(extent, MPI.MAX)
-    dofs, dofs_alone = dolfinx.fem.locate_dofs_geometrical(
-        (part, alone), lambda x: np.linalg.norm(x[: mesh.dim].T - at, axis=1) <= 1e-9 * size
+    # By the corner of a cell: elements whose unknowns are moments (serendipity) have no positions.
+    mesh.domain.topology.create_connectivity(0, mesh.dim)
+    corner = dolfinx.mesh.locate_entities(
+        mesh.domain, 0, lambda x: np.linalg.norm(x[: mesh.dim].T - at, axis=1) <= 1e-9 * size
     )
+    dofs, dofs_alone = dolfinx.fem.locate_dofs_topological((part, alone), 0, corner)
     if not mesh.domain.comm.allreduce(len(dofs)):
-        raise InputError(f"no node of the mesh is at {support.place}: the place of a node would be right for a support")
+        raise InputError(f"no node of the mesh is at {support.place}: a corner of a cell would be right for a support")
     return dofs, dofs_alone
 
 

@@ -72,7 +72,8 @@ def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace
 def places(space: dolfinx.fem.FunctionSpace, part: dolfinx.fem.FunctionSpace) -> Indices:
     """Where each degree of freedom of a space is in the mixed space that has a part of the same element."""
     block = space.dofmap.bs
-    alone = (block * space.dofmap.list[:, :, np.newaxis] + np.arange(block)).reshape(len(space.dofmap.list), -1)
+    cells, nodes = space.dofmap.list.shape
+    alone = (block * space.dofmap.list[:, :, np.newaxis] + np.arange(block)).reshape(cells, nodes * block)
     found = np.empty(block * (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts), dtype=np.int32)
     found[alone] = part.dofmap.list.reshape(alone.shape)
     return found

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from growthx import compat
 from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
-from growthx.errors import InputError, require
+from growthx.errors import InputError, require, require_number
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.momentum import Momentum, at_corners
@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices, Marks
     from growthx.scene import Scene
     from growthx.variants import Variant
+
+
+def _at_time(history: Callable[[float], float], time: float) -> float:
+    """The share of a load at a time; InputError if it is not a finite number."""
+    share = history(time)
+    require_number(share, f"the history of a load at t = {time:g}", "a finite number", lambda _: True)
+    return float(share)
 
 
 def _check_lumping(scene: Scene, variant: Variant) -> None:
@@ -236,7 +243,7 @@ class Discretisation(ABC):
         times = self.scene.program.times()
         load = self.nodal_load.copy()
         for history, forces in self._timed_loads:
-            load += max(abs(history(time)) for time in times) * forces
+            load += max(abs(_at_time(history, time)) for time in times) * forces
         for condition in self.conditions:
             load[owned(condition)] = 0.0
         if total := self.comm.allreduce(float(load @ load)):
@@ -253,7 +260,7 @@ class Discretisation(ABC):
         """Internal minus external forces as they are: at supports, what the supports bear."""
         forces = -self.amplitude * self.nodal_load
         for history, load in self._timed_loads:
-            forces -= history(self.time) * load
+            forces -= _at_time(history, self.time) * load
         for residual in self.residuals:
             forces += assemble(residual)
         return forces

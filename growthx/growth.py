@@ -46,8 +46,9 @@ class GrowthLaw(ABC):
         require(self.attractor, "the attractor stimulus Ψ₀*", "a number of at least 0", lambda psi: psi >= 0)
         require(self.rate, "the growth rate c", "a number of at least 0", lambda c: c >= 0)
         require_number(self.dead_zone, "the dead zone's half-width", "a number of at least 0", lambda w: w >= 0)
-        if len(self.bounds) != 2:
+        if not isinstance(self.bounds, (tuple, list)) or len(self.bounds) != 2:
             raise InputError(f"the bounds of density are {self.bounds}: the lowest and the highest would be right")
+        object.__setattr__(self, "bounds", tuple(self.bounds))
         for bound in self.bounds:
             if bound is not None:
                 require_number(bound, "a bound of density", "a positive number or None", lambda rho: rho > 0)

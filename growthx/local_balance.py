@@ -83,31 +83,25 @@ def solve_density(
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         density = np.where(np.isfinite(guess) & (guess > 0), guess, old_density)
-        at_bound = _at_bounds(source, old_density, time_step, density)
-        open_: Indices = np.flatnonzero(~at_bound)
+        open_: Indices = np.arange(len(density))
         for _ in range(MAXIMUM_ITERATIONS):
-            if len(open_) == 0:
-                break
             density[open_], over = _newton_step(source.at(open_), old_density[open_], time_step, density[open_])
             open_ = open_[~over]
+            if len(open_) == 0:
+                break
         density[open_] = np.nan
         direction = np.sign(source.rate(old_density))
-        lost = direction * (density - old_density) < -CLOSE * old_density
-        density[lost & ~at_bound] = np.nan
-        return density
+        density[direction * (density - old_density) < -CLOSE * old_density] = np.nan
+        return _stopped(density, direction, source.growth.limits) if source.growth.is_bounded else density
 
 
-def _at_bounds(source: LocalSource, old: Floats, time_step: float, density: Floats) -> Marks:
-    """Put densities on the bound that they would pass in this step; which they are."""
-    stopped = np.zeros(len(old), dtype=bool)
-    for bound, sign in zip(source.growth.limits, (-1, 1), strict=True):
-        if 0 < bound < np.inf:
-            at = np.full(len(old), bound)
-            # The balance has its root beyond the bound if, there, mass still flows in that direction.
-            beyond = sign * (old + time_step * source.rate(at) - at) >= 0
-            density[beyond] = bound
-            stopped |= beyond
-    return stopped
+def _stopped(density: Floats, direction: Floats, limits: tuple[float, float]) -> Floats:
+    """Densities that have stopped at a bound which their way meets; without a root, the way leads on and on."""
+    low, high = limits
+    nowhere = np.isnan(density)
+    density[nowhere & (direction < 0) & (low > 0)] = low
+    density[nowhere & (direction > 0) & (high < np.inf)] = high
+    return np.clip(density, low, high)
 
 
 def _newton_step(source: LocalSource, old: Floats, time_step: float, rho: Floats) -> tuple[Floats, Marks]:

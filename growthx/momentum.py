@@ -9,6 +9,7 @@ import numpy as np
 import ufl
 
 from growthx import balances
+from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.open_loads import OpenLoad
 
@@ -43,7 +44,7 @@ class Momentum:
             test = _weighted(case, test)
             terms.append(balances.internal_work(u, rho, test, self._material, dV))
             terms += [
-                balances.external_work(-self.share * load.force(u, rho, scene.mesh), test, dV)
+                balances.external_work(-self.share * self._force(load, u, rho), test, dV)
                 for load in case.loads
                 if isinstance(load, OpenLoad) and load.on is None
             ]
@@ -62,12 +63,22 @@ class Momentum:
         mesh, degree = self._scene.mesh, 2 * self._space.element.basix_element.degree
         return [
             balances.external_work(
-                -self.share * load.force(u, rho, mesh), _weighted(case, test), mesh.boundary_measure(load.on, degree)
+                -self.share * self._force(load, u, rho), _weighted(case, test), mesh.boundary_measure(load.on, degree)
             )
             for case, u, test in zip(self._cases, us, tests, strict=True)
             for load in case.loads
             if isinstance(load, OpenLoad) and load.on is not None
         ]
+
+    def _force(self, load: OpenLoad, u: Any, rho: Any) -> Any:
+        """The force of an open load; InputError if it is not a vector with an entry for each direction."""
+        mesh = self._scene.mesh
+        force = ufl.as_ufl(load.force(u, rho, mesh))
+        if force.ufl_shape != (mesh.dim,):
+            where = "in the whole body" if load.on is None else f"on '{load.on}'"
+            shape = force.ufl_shape or "of a scalar"
+            raise InputError(f"the open load {where} has values of shape {shape}: a vector of {mesh.dim} is needed")
+        return force
 
     def mean_energy(self, us: list[Any]) -> Any:
         """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, energy per reference volume."""

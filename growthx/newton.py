@@ -59,7 +59,14 @@ class Newton:
             self._matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
         pc.setType("cholesky" if problem.symmetric else "lu")
         pc.setFactorSolverType("mumps")
-        snes.setFromOptions()
+        if limits is not None and not PETSc.Options(PREFIX).hasName("snes_linesearch_type"):
+            # The default one of this type stalls, and ends runs, where full steps converge at once.
+            options = PETSc.Options(PREFIX)
+            options["snes_linesearch_type"] = "basic"
+            snes.setFromOptions()
+            options.delValue("snes_linesearch_type")
+        else:
+            snes.setFromOptions()
         if limits is not None:
             self._limits = [PETSc.Vec().createWithArray(limit, comm=problem.comm) for limit in limits]
             snes.setVariableBounds(*self._limits)

@@ -18,6 +18,7 @@ import ufl
 from growthx import balances, compat
 from growthx.assembly import assemble
 from growthx.discretisation import Discretisation
+from growthx.errors import InputError
 from growthx.fields import is_uniform, law_as_ufl
 from growthx.momentum import at_corners, total
 
@@ -63,12 +64,11 @@ class NodeBased(Discretisation):
                 residual += term(dV)
         if scene.flux is not None:
             residual += balances.flux(rho, scale * test_rho, law_as_ufl(scene.flux, scene.mesh), self.material, dV)
-        for form in self._influx(us, rho, scale * test_rho):
-            residual -= form
         resting = self._resting_momentum(us, tests)
         forms = [sum(resting[:1], residual), *resting[1:], *self.momentum.of_corners(us, rho, tests, dV)]
         forms += [total(at_nodes)] if at_nodes else []
         forms += self.momentum.on_boundaries(us, rho, tests)
+        forms += [-form for form in self._influx(us, rho, scale * test_rho)]
         self.residuals = [self.compile.form(form) for form in forms]
         self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
         self.coupling = self.tangents[0]
@@ -93,10 +93,29 @@ class NodeBased(Discretisation):
     def _influx(self, us: list[Any], rho: Any, test: Any) -> list[ufl.Form]:
         """Mass that enters through boundaries, one form for each."""
         mesh, degree = self.scene.mesh, 2 * self.density_space.element.basix_element.degree
-        return [
-            balances.influx(influx.value(us[0], rho, mesh), test, mesh.boundary_measure(influx.on, degree))
-            for influx in self.scene.influx
-        ]
+        forms = []
+        for influx in self.scene.influx:
+            self._require_growth(influx.on, "influx")
+            rate = ufl.as_ufl(influx.value(us[0], rho, mesh))
+            if rate.ufl_shape:
+                raise InputError(
+                    f"the influx on '{influx.on}' has values of shape {rate.ufl_shape}: a scalar is needed"
+                )
+            forms.append(balances.influx(rate, test, mesh.boundary_measure(influx.on, degree)))
+        return forms
+
+    def _require_growth(self, boundary: str, what: str) -> Indices:
+        """The densities on a boundary; InputError if some of them lie in regions that do not grow."""
+        mesh, space = self.scene.mesh, self.density_space
+        dofs = dolfinx.fem.locate_dofs_topological(space, mesh.dim - 1, mesh.boundary(boundary))
+        owned = dofs[dofs < space.dofmap.index_map.size_local]
+        resting = self.comm.allreduce(int(np.count_nonzero(~np.isin(owned, self.density_dofs))))
+        if resting:
+            raise InputError(
+                f"the boundary '{boundary}' has {resting} nodes in regions that do not grow, where no {what} can act: "
+                "one that bounds growing regions alone would be right"
+            )
+        return dofs
 
     def _mass_gains(self, us: list[Any], rho: Any, energy: Any, test: Any) -> list[ufl.Form]:
         """What the nodes gain per time from the source and through the boundary."""
@@ -109,6 +128,7 @@ class NodeBased(Discretisation):
         self._prescribed = []
         mesh, part = self.scene.mesh, W.sub(len(self.cases))
         for prescribed in self.scene.prescribed_densities:
+            self._require_growth(prescribed.on, "prescribed density")
             value = dolfinx.fem.Function(self.density_space)
             value.x.array[:] = prescribed.density
             dofs = dolfinx.fem.locate_dofs_topological(

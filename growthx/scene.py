@@ -99,6 +99,13 @@ class Scene:
         for boundary in (*self.supports, *self.prescribed_densities, *self.influx):
             if not isinstance(boundary, PointSupport):
                 self.mesh.boundary(boundary.on)
+        low, high = self.growth.limits
+        for prescribed in self.prescribed_densities:
+            if not low <= prescribed.density <= high:
+                raise InputError(
+                    f"the density held on '{prescribed.on}' is {prescribed.density:g}: one within the bounds of "
+                    f"density, {low:g} to {high:g}, would be right"
+                )
         if self.inertia is not None and len(self.cases) > 1:
             raise InputError(
                 f"{len(self.cases)} load cases of one day have no common motion: no inertia would be right"

@@ -165,7 +165,7 @@ def test_a_lowest_density_keeps_unloaded_bone(variant):
     assert max(step.mass_defect for step in steps) < 1e-12
 
 
-@pytest.mark.parametrize("variant", [*LOCAL, gx.Q1Q1, gx.Q2Q2], ids=lambda variant: variant.name)
+@variants
 def test_bounds_hold_in_what_grows_alone(variant):
     """A region at rest keeps its density, which may be beyond the bounds: it is of another matter."""
     growth = replace(FREE, bounds=(LOW, HIGH))
@@ -192,3 +192,24 @@ def test_bounds_beside_a_field_of_attractors(variant):
     assert rho.min() == 1.0 and np.count_nonzero(rho > 1.01) > 0
     assert max(step.mass_defect for step in steps) < 1e-10
     assert COMM.allreduce(problem.mass()) / COMM.size == steps[-1].mass
+
+
+@variants
+def test_bounds_cost_no_extra_iterations(variant):
+    """PETSc's own line search for bounded unknowns stalls where full steps converge at once: no step may need many."""
+    steps, _ = run(body(variant, replace(FREE, bounds=(LOW, HIGH))), variant)
+    assert max(step.newton_iterations for step in steps) <= 6
+    assert not any(step.rejected for step in steps)
+
+
+@pytest.mark.parametrize("wrong", [None, (1.0,), (2.0, 1.0), (0.0, 1.0), "ab"])
+def test_bounds_that_are_none_are_refused(wrong):
+    """None for both bounds is a natural slip: a sentence says what would be right."""
+    with pytest.raises(gx.InputError, match=r"bounds? of density"):
+        gx.EnergyDrivenGrowth(0.01, bounds=wrong)
+
+
+def test_bounds_may_be_a_list():
+    """A list means the same as a tuple, also where there is no bound."""
+    assert gx.EnergyDrivenGrowth(0.01, bounds=[None, None]) == gx.EnergyDrivenGrowth(0.01)
+    assert not gx.EnergyDrivenGrowth(0.01, bounds=[None, None]).is_bounded

@@ -330,3 +330,25 @@ def test_bounds_hold_with_several_energies_for_a_density():
     growth, material = bounded(2, 3, (0.9, 1.4))
     source = LocalSource(growth, material, energy, np.full((2, 2), 0.5))
     assert solve_density(source, np.array([1.2, 1.2]), 1.0, np.array([1.2, 1.2])).tolist() == [1.4, 0.9]
+
+
+@pytest.mark.parametrize(
+    ("n", "m", "attractor", "energy", "time_step", "bounds", "root"),
+    [
+        (3.0, 1.0, 0.5, 1.0, 0.2, (None, 5.0), (5 - np.sqrt(25 - 4 * 4.5)) / 2),  # ρ² − 5ρ + 4.5 = 0
+        (2.0, 1.5, 1.0, 0.9, 1.05, (0.001, None), ((0.945 + np.sqrt(0.945**2 - 0.2)) / 2) ** 2),  # ρ − 0.945 √ρ + 0.05
+    ],
+)
+def test_a_bound_beyond_the_physical_root_is_not_met(n, m, attractor, energy, time_step, bounds, root):
+    """For m < n the residual changes sign again beyond the root: its sign at the bound says nothing of the way."""
+    growth = EnergyDrivenGrowth(attractor, 1.0, m, bounds=bounds)
+    source = LocalSource(growth, Material(1.0, density_exponent=n), np.array([energy]))
+    assert solve_density(source, np.array([1.0]), time_step, np.array([1.0])) == pytest.approx([root], rel=1e-9)
+
+
+def test_without_a_root_the_way_leads_to_a_bound():
+    """Where nothing balances the mass, density runs to zero or without end: with bounds, to the one it runs into."""
+    for attractor, energy, bound in ((3.0, 0.0, 0.2), (0.0, 50.0, 4.0)):
+        growth = EnergyDrivenGrowth(attractor, 1.0, 0.0, bounds=(0.2, 4.0))
+        source = LocalSource(growth, Material(1.0), np.array([energy]))
+        assert solve_density(source, np.array([1.0]), 1.0, np.array([1.0])).tolist() == [bound]

@@ -327,7 +327,7 @@ def test_a_point_may_be_moved(variant):
     [
         (
             (0.1, 0.2),
-            "no node of the mesh is at (0.1, 0.2): the place of a node would be right for a support",
+            "no node of the mesh is at (0.1, 0.2): a corner of a cell would be right for a support",
         ),
         ((0.0,), "the support at (0) has 1 coordinates: the mesh needs 2"),
         ((0.0, 0.0, 0.0), "the support at (0, 0, 0) has 3 coordinates: the mesh needs 2"),
@@ -351,3 +351,36 @@ def test_a_nodes_place_counts_on_large_bodies_as_on_small_ones():
         )
         problem = gx.discretise(scene, gx.Q1)
         assert [COMM.allreduce(int(c.dof_indices()[1])) for c in problem.conditions][:2] == [1, 1]
+
+
+@pytest.mark.parametrize("variant", [gx.S2Q1, gx.S2fri], ids=lambda variant: variant.name)
+def test_serendipity_is_held_at_a_corner(variant):
+    """Its unknowns are moments without a position: the corner of a cell must be found all the same."""
+    supports = (gx.PointSupport((0.0, 0.0)), gx.PointSupport((0.0, 1.0), (0.0, None)))
+    steps, problem = run(block(square(2), supports=supports), variant)
+    x, y, u, v = displacements(problem).T
+    corner = (x == 0) & (y == 0)
+    assert np.all(u[corner] == 0) and np.all(v[corner] == 0)
+    assert sum(steps[-1].reactions.values()) == pytest.approx([-0.1, 0.02], abs=1e-10)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1, gx.Q1Q1], ids=lambda variant: variant.name)
+@pytest.mark.parametrize(
+    ("load", "sentence"),
+    [
+        (gx.OpenTraction("right", lambda u, rho, x: u[0]), "the open load on 'right' has values of shape of a scalar"),
+        (gx.OpenBodyForce(lambda u, rho, x: ufl.as_vector([0.0, 0.0, 1.0])), "whole body has values of shape (3,)"),
+    ],
+)
+def test_an_open_load_of_another_shape_is_refused(variant, load, sentence):
+    """A law that gives a number, or too many of them, is the user's slip: one sentence, not the form compiler's."""
+    with pytest.raises(InputError) as caught:
+        gx.discretise(block(square(2), loads=(load,)), variant)
+    assert sentence in str(caught.value) and "a vector of 2 is needed" in str(caught.value)
+
+
+def test_a_history_that_is_no_number_is_refused():
+    """It would end as a step that fails for no reason."""
+    scene = block(square(2), loads=(gx.Traction("right", (0.1, 0.0), history=lambda t: np.nan if t > 0.15 else t),))
+    with pytest.raises(InputError, match=r"^the history of a load at t = 0.2 is nan: a finite number would be right"):
+        run(scene, gx.Q1)

@@ -327,3 +327,39 @@ def test_flux_brings_a_length(flux):
         assert peaks == pytest.approx([peaks[0]] * 3, rel=1e-9)
     else:
         assert peaks[0] < peaks[1] - 1e-3 < peaks[2] - 2e-3
+
+
+@pytest.mark.parametrize("variant", [gx.Q1Q1, gx.P2P1], ids=lambda variant: variant.name)
+def test_mass_enters_through_several_boundaries(variant):
+    """Each influx has its own boundary: together they bring the sum of what each brings, per length of one."""
+    still = block(square(3, shape=variant.cells[0]), growth=STILL)
+    influx = (gx.Influx("top", 0.2), gx.Influx("bottom", 0.1))
+    steps, _ = run(replace(still, influx=influx), variant)
+    assert steps[-1].mass == pytest.approx(1.2 + 0.4 * 0.3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"influx": (gx.Influx("right", 0.2),)}, "influx"),
+        ({"prescribed_densities": (gx.PrescribedDensity("right", 1.5),)}, "prescribed density"),
+    ],
+)
+def test_nothing_is_let_into_what_does_not_grow(change, what):
+    """A region at rest has no balance of mass: its influx would be counted and lost."""
+    with pytest.raises(InputError, match=f"the boundary 'right' has .* nodes in regions that do not grow.* no {what}"):
+        gx.discretise(block(square(4), growing=("bone",), **change), gx.Q1Q1)
+
+
+def test_a_density_beyond_the_bounds_cannot_be_held():
+    """Of two contradictory wishes neither may be dropped silently."""
+    growth = gx.EnergyDrivenGrowth(0.01, 5.0, bounds=(1.0, 1.4))
+    with pytest.raises(InputError, match=r"the density held on 'right' is 1.5: one within the bounds .*, 1 to 1.4, "):
+        block(square(2), growth=growth, prescribed_densities=(gx.PrescribedDensity("right", 1.5),))
+
+
+def test_an_influx_of_another_shape_is_refused():
+    """A vector where a number per area is meant."""
+    influx = (gx.Influx("right", lambda u, rho, x: u),)
+    with pytest.raises(InputError, match=r"^the influx on 'right' has values of shape \(2,\): a scalar is needed"):
+        gx.discretise(block(square(2), influx=influx), gx.Q1Q1)
