@@ -20,6 +20,7 @@ CONDUCTIONS = (1e-5, 1e-4, 1e-3)  # R₀ᶠ, length² per time
 LENGTHS = (1.0, 0.5, 0.25)
 EARLY = 0.3  # after three of the load's ten steps
 FRONT, MIDDLE = (0.35, 0.45), (0.25, 0.75)  # the parts of the length that hold one front, and the inner levels
+CLOSE = (0.33, 0.47)  # … and the one that is drawn closely
 
 
 def scaled(length, conduction=None):

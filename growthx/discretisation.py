@@ -17,7 +17,7 @@ from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import InputError, require, require_number
 from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
-from growthx.momentum import Momentum, at_corners
+from growthx.momentum import Momentum
 from growthx.open_loads import OpenLoad
 from growthx.sampling import dof_positions, locate
 from growthx.variants import AtPoints, suited
@@ -94,8 +94,7 @@ class Discretisation(ABC):
         self.momentum = Momentum(scene, self.material, self.displacement_space, self.time_step)
         self._split_cells()
         self.density_dofs = self._growing_densities()
-        storing = at_corners(self.growing_volume) if variant.storage_at_corners else self.growing_volume
-        self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * storing))
+        self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
         self._set_start_density()
 
     # -- set-up --------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 LONG = 1e12  # of the program's time step: implicit Euler has then no rate of density left
 SHORT = 1e-12  # … and no growth yet
+ATTEMPTS = 40  # time steps on the way, after which the way is taken for a circle
 STRIDE = 100.0  # between the time steps that are tried where the long one fails
 
 
@@ -42,7 +43,7 @@ def _relax(problem: Discretisation, newton: Newton) -> None:
     """Take steps of implicit Euler at full load, as long as can be solved for, until one is long enough."""
     nominal = problem.scene.program.step
     stretch = LONG
-    while True:
+    for _ in range(ATTEMPTS):
         try:
             _step(problem, newton, stretch * nominal, 1.0)
         except EndedEarly as failure:
@@ -53,6 +54,10 @@ def _relax(problem: Discretisation, newton: Newton) -> None:
         if stretch >= LONG:
             return
         stretch *= STRIDE
+    raise EndedEarly(
+        f"no biological equilibrium was found: {ATTEMPTS} time steps, the last of {stretch * nominal:.3g}, "
+        "did not lead to one; the march remains"
+    )
 
 
 def _step(problem: Discretisation, newton: Newton, time_step: float, amplitude: float) -> None:

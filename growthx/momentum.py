@@ -9,6 +9,7 @@ import numpy as np
 import ufl
 
 from growthx import balances
+from growthx.assembly import assemble
 from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.open_loads import OpenLoad
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from growthx.arrays import Floats
     from growthx.loads import LoadCase
     from growthx.material import Material
+    from growthx.mesh import Mesh
     from growthx.scene import Scene
 
 
@@ -35,6 +37,7 @@ class Momentum:
         self._cases = scene.load_cases
         self.share = dolfinx.fem.Constant(scene.mesh.domain, np.float64(0.0))
         if scene.inertia is not None:
+            self._corners = corner_shares(scene.mesh) if scene.inertia.lumped else None
             self._old_displacement, self._old_velocity = dolfinx.fem.Function(space), dolfinx.fem.Function(space)
 
     def inside(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure) -> ufl.Form:
@@ -56,7 +59,7 @@ class Momentum:
         """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
         inertia = self._scene.inertia
         lumped = inertia is not None and inertia.lumped
-        return [self._inertia(us[0], rho, tests[0], at_corners(volume))] if lumped else []
+        return [self._inertia(us[0], rho * self._corners, tests[0], at_corners(volume))] if lumped else []
 
     def on_boundaries(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
         """Minus the work of the loads on boundaries that depend on the state, one form for each."""
@@ -107,6 +110,20 @@ class Momentum:
 def at_corners(volume: ufl.Measure) -> ufl.Measure:
     """A measure of volume whose integration points are the corners of the cells, in equal shares."""
     return volume.reconstruct(metadata={"quadrature_rule": "vertex", "quadrature_degree": 1})
+
+
+def corner_shares(mesh: Mesh) -> dolfinx.fem.Function:
+    """A factor on integrands at the corners of cells that makes lumped matrices of row sums: ∫ Nᵢ dV at each corner.
+
+    It is one on parallelograms and simplices; on other cells the corners' own shares are not those of Gauss points.
+    """
+    space = dolfinx.fem.functionspace(mesh.domain, ("DG", 1))
+    shares, test = dolfinx.fem.Function(space), ufl.TestFunction(space)
+    volume = ufl.Measure("dx", domain=mesh.domain, metadata={"quadrature_degree": 3})
+    gauss, corners = (assemble(dolfinx.fem.form(test * measure)) for measure in (volume, at_corners(volume)))
+    shares.x.array[: len(gauss)] = gauss / corners
+    shares.x.scatter_forward()
+    return shares
 
 
 def total(terms: list[Any]) -> Any:

@@ -7,7 +7,6 @@ until equilibrium of mass and momentum:               (the paper's node-based fl
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
@@ -20,7 +19,7 @@ from growthx.assembly import assemble
 from growthx.discretisation import Discretisation
 from growthx.errors import InputError
 from growthx.fields import is_uniform, law_as_ufl
-from growthx.momentum import at_corners, total
+from growthx.momentum import at_corners, corner_shares, total
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices
@@ -46,22 +45,22 @@ class NodeBased(Discretisation):
         dV = self.growing_volume
         # The balance of mass is put in units of force, so that one norm weighs each balance on its own scale.
         scale = self._mass_to_force = dolfinx.fem.Constant(domain, np.float64(1.0))
+        if variant.storage_at_corners or variant.source_at_corners:
+            self._corners = corner_shares(scene.mesh)
         self._gains = [self.compile.form(form) for form in self._mass_gains(us, rho, energy, test_rho)]
+        force_rho = scale * test_rho
         residual, at_nodes = self.momentum.inside(us, rho, tests, dV), []
-        for term, lumped in (
-            (
-                partial(balances.storage, rho, self.old_density, scale * test_rho, self.time_step),
-                variant.storage_at_corners,
-            ),
-            (
-                partial(balances.source, rho, energy, -scale * test_rho, self.growth, self.material),
-                variant.source_at_corners,
-            ),
-        ):
+        storing, sourcing = (
+            self._mass_rule(force_rho, lumped) for lumped in (variant.storage_at_corners, variant.source_at_corners)
+        )
+        storage = balances.storage(rho, self.old_density, storing[0], self.time_step, storing[1])
+        source = -balances.source(rho, energy, sourcing[0], self.growth, self.material, sourcing[1])
+        # Terms with points of their own go into a form of their own.
+        for term, lumped in ((storage, variant.storage_at_corners), (source, variant.source_at_corners)):
             if lumped:
-                at_nodes.append(term(at_corners(dV)))
+                at_nodes.append(term)
             else:
-                residual += term(dV)
+                residual += term
         if scene.flux is not None:
             residual += balances.flux(rho, scale * test_rho, law_as_ufl(scene.flux, scene.mesh), self.material, dV)
         resting = self._resting_momentum(us, tests)
@@ -117,10 +116,16 @@ class NodeBased(Discretisation):
             )
         return dofs
 
+    def _mass_rule(self, test: Any, lumped: bool) -> tuple[Any, ufl.Measure]:
+        """Test function and measure of a term of the balance of mass: Gauss points or, lumped, the cells' corners."""
+        if not lumped:
+            return test, self.growing_volume
+        return self._corners * test, at_corners(self.growing_volume)
+
     def _mass_gains(self, us: list[Any], rho: Any, energy: Any, test: Any) -> list[ufl.Form]:
         """What the nodes gain per time from the source and through the boundary."""
-        dV = at_corners(self.growing_volume) if self.variant.source_at_corners else self.growing_volume
-        source = balances.source(rho, energy, test, self.growth, self.material, dV)
+        test_source, dV = self._mass_rule(test, self.variant.source_at_corners)
+        source = balances.source(rho, energy, test_source, self.growth, self.material, dV)
         return [source, *self._influx(us, rho, test)]
 
     def _hold_densities(self, W: dolfinx.fem.FunctionSpace) -> None:

@@ -147,6 +147,7 @@ def write(folder: Path, result: Result) -> None:
         writer.write(result.time)
         writer.close()
     write_history(folder, result)
+    result.problem.comm.barrier()  # when a rank goes on, all is there
 
 
 def summary(result: Result) -> Mapping[str, object]:

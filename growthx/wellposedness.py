@@ -45,21 +45,23 @@ def warn_if_ill_posed(scene: Scene) -> None:
 class WellPosedness:
     """What a state shows.
 
+    exponents: whether the stimulus falls as the density rises, m > n.
     margin: lowest value of 1 − Δt ∂_ρR₀ at any integration point; below zero, the density of this step was not unique.
     negative: number of negative pivots of the tangent for Δt → ∞ that is symmetric with a density at each integration
     point; above zero, there are directions in which a disturbance of biological equilibrium grows.
     """
 
+    exponents: bool
     margin: float
     negative: int
 
     @property
     def holds(self) -> bool:
-        """Whether both say that the problem is well posed."""
-        return self.margin > 0 and self.negative == 0
+        """Whether all say that the problem is well posed."""
+        return self.exponents and self.margin > 0 and self.negative == 0
 
     def __str__(self) -> str:
-        judgement = "well posed" if self.holds else "not well posed"
+        judgement = "well posed" if self.holds else "not well posed" + ("" if self.exponents else " (m is not above n)")
         return (
             f"{judgement}: 1 − Δt ∂R₀/∂ρ is at least {self.margin:.3g}, and the tangent for Δt → ∞ has "
             f"{self.negative} negative pivots"
@@ -74,7 +76,9 @@ def check(problem: Discretisation) -> WellPosedness:
         slope = problem.growth.mass_source_slope(problem.density, problem.mean_energy(), problem.material)
         at_points = problem.evaluate(slope, points)[problem.growing_cells]
         highest = problem.comm.allreduce(float(at_points.max(initial=-np.inf)), MPI.MAX)
-    return WellPosedness(1 - float(problem.time_step.value) * highest, _negative_pivots(problem))
+    return WellPosedness(
+        is_well_posed(problem.scene), 1 - float(problem.time_step.value) * highest, _negative_pivots(problem)
+    )
 
 
 def _negative_pivots(problem: Discretisation) -> int:

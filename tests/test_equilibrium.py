@@ -102,3 +102,11 @@ def test_impossible_numbers_of_load_steps_are_refused(steps):
     """A load that never arrives would be taken for the full one."""
     with pytest.raises(InputError, match=r"the number of load steps is .*: a whole number from 1 would be right"):
         gx.homeostasis(block(), gx.Q1, load_steps=steps)
+
+
+def test_a_way_in_circles_ends():
+    """Where long steps fail and short ones do not lead to them (m < n), the search must give up with a sentence."""
+    from scenes.test_cr02 import rod
+
+    with pytest.raises(gx.EndedEarly, match="did not lead to one; the march remains"):
+        gx.homeostasis(rod(4), gx.Q1P0)

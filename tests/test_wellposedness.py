@@ -122,15 +122,21 @@ def test_too_long_a_step_shows():
     problem.time_step.value *= 2 / (1 - found.margin)
     longer = check(problem)
     assert longer.margin == pytest.approx(-1.0, rel=1e-9)
-    assert not longer.holds and str(longer).startswith("not well posed: ")
+    assert not longer.holds and str(longer).startswith("not well posed (m is not above n): ")
 
 
 @pytest.mark.parametrize(
     ("found", "holds"),
-    [((0.5, 0), True), ((0.5, 1), False), ((-0.5, 0), False), ((0.0, 0), False)],
+    [
+        ((True, 0.5, 0), True),
+        ((True, 0.5, 1), False),
+        ((True, -0.5, 0), False),
+        ((True, 0.0, 0), False),
+        ((False, 0.5, 0), False),
+    ],
 )
-def test_both_must_hold(found, holds):
-    """A unique density does not make the equilibrium stable, nor the other way round."""
+def test_all_must_hold(found, holds):
+    """A unique density does not make the equilibrium stable, nor the other way round, nor one state all of them."""
     assert WellPosedness(*found).holds == holds
 
 
