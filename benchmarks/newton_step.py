@@ -19,7 +19,7 @@ from mpi4py import MPI
 from reporting import RESULTS, Table, progress, write_csv
 
 import growthx as gx
-from growthx.newton import Newton
+from growthx.newton import Newton, assemble_tangent
 from growthx.variants import Variant, suited
 
 COMM = MPI.COMM_WORLD
@@ -72,10 +72,7 @@ class Clocked:
 
     def tangent(self) -> None:
         """The assembled tangent."""
-        self.matrix.zeroEntries()
-        for form in self.problem.tangents:
-            petsc.assemble_matrix(self.matrix, form, self.problem.conditions)
-        self.matrix.assemble()
+        assemble_tangent(self.problem, self.matrix)
 
     def close(self) -> None:
         """Free the memory."""

@@ -25,14 +25,14 @@ from mpi4py import MPI
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
-from growthx import balances, compat
+from growthx import balances
 from growthx.assembly import assemble
 from growthx.errors import EndedEarly, InputError, require_number
 from growthx.fields import is_uniform, law_as_ufl
-from growthx.marching import Step, discretise
+from growthx.marching import Step, discretise, take_back
 from growthx.newton import Newton, NewtonReport
-from growthx.smoothing import smoothed_density
-from growthx.variants import suited
+from growthx.smoothing import corner_functions, smoothed_density
+from growthx.variants import right_ones
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices
@@ -93,13 +93,9 @@ class Smoothed:
         """The average on a problem, whose density it changes; InputError if densities are at nodes, smooth already."""
         variant, space = problem.variant, problem.density_space
         if not variant.density.local:
-            right = ", ".join(each.name for each in suited(problem.scene.mesh.cell_name) if each.density.local)
-            raise InputError(
-                f"{variant.name} has densities at nodes, which smoothing leaves as they are: {right} would be right"
-            )
-        cells, points = problem.scene.mesh.owned_cells, compat.interpolation_points(space.element)
-        linear = basix.ufl.element("Lagrange", problem.scene.mesh.cell_name, 1)
-        shares = np.asarray(linear.tabulate(0, points))[0]
+            right = right_ones(problem.scene.mesh.cell_name, lambda other: other.density.local)
+            raise InputError(f"{variant.name} has densities at nodes, which smoothing leaves as they are: {right}")
+        cells, shares = problem.scene.mesh.owned_cells, corner_functions(problem)
 
         def smooth(values: Floats) -> Floats:
             problem.density.x.array[problem.density_dofs] = values
@@ -177,9 +173,7 @@ def _equilibrium(
     """Solve the balance of momentum, accept it and return how that went and the reactions; EndedEarly if it failed."""
     report = newton.solve()
     if not report.converged:
-        why = problem.inadmissible() or report.reason
-        problem.reject_step()
-        raise EndedEarly(f"the run ended at t = {time:g} of {until:g}: {why}")
+        raise EndedEarly(f"the run ended at t = {time:g} of {until:g}: {take_back(problem, report)}")
     reactions = problem.reactions()
     problem.accept_step()
     return report, reactions

@@ -20,7 +20,7 @@ from growthx.kinematics import deformation_gradient, volume_ratio
 from growthx.momentum import Momentum
 from growthx.open_loads import OpenLoad
 from growthx.sampling import dof_positions, locate
-from growthx.variants import AtPoints, suited
+from growthx.variants import AtPoints, right_ones
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,15 +41,14 @@ def _check_lumping(scene: Scene, variant: Variant) -> None:
     """Raise InputError where masses at the corners of the cells make no sense."""
     if scene.inertia is None or not scene.inertia.lumped:
         return
-    right = ", ".join(
-        other.name
-        for other in suited(scene.mesh.cell_name)
-        if other.displacement.degree == 1 and not isinstance(other.density, AtPoints)
-    )
-    if variant.displacement.degree != 1 or isinstance(variant.density, AtPoints):
+
+    def at_corners_alone(variant: Variant) -> bool:
+        return variant.displacement.degree == 1 and not isinstance(variant.density, AtPoints)
+
+    if not at_corners_alone(variant):
         raise InputError(
             f"{variant.name} has unknowns or densities beside the corners of the cells, where lumped inertia has its "
-            f"masses: {right} would be right"
+            f"masses: {right_ones(scene.mesh.cell_name, at_corners_alone)}"
         )
 
 

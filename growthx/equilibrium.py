@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from growthx.errors import EndedEarly, require_number
-from growthx.marching import discretise
+from growthx.marching import discretise, take_back
 from growthx.newton import Newton
 
 if TYPE_CHECKING:
@@ -64,7 +64,5 @@ def _step(problem: Discretisation, newton: Newton, time_step: float, amplitude: 
     problem.begin_step(time_step, amplitude, problem.scene.program.until)
     report = newton.solve()
     if not report.converged:
-        why = problem.inadmissible() or report.reason
-        problem.reject_step()
-        raise EndedEarly(why)
+        raise EndedEarly(take_back(problem, report))
     problem.accept_step()

@@ -115,16 +115,10 @@ class GrowthLaw(ABC):
 
 
 @dataclass(frozen=True)
-class EnergyDrivenGrowth(GrowthLaw):
-    """Mass source driven by the free energy, R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* } (6).
-
-    attractor: attractor stimulus Ψ₀* (energy per reference volume).  rate: c (density per time and per energy per
-    volume).  exponent: m (no unit); the model is well posed for m > n.
-    """
+class _TemperedGrowth(GrowthLaw):
+    """A mass source with a stimulus of the weighted energy, tempered by [ρ/ρ*]^(−m)."""
 
     exponent: float = 3.0
-
-    linear = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -133,6 +127,17 @@ class EnergyDrivenGrowth(GrowthLaw):
     def power(self, material: Material) -> float:
         """The exponent n − m."""
         return material.density_exponent - self.exponent
+
+
+@dataclass(frozen=True)
+class EnergyDrivenGrowth(_TemperedGrowth):
+    """Mass source driven by the free energy, R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* } (6).
+
+    attractor: attractor stimulus Ψ₀* (energy per reference volume).  rate: c (density per time and per energy per
+    volume).  exponent: m (no unit); the model is well posed for m > n.
+    """
+
+    linear = True
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
         """Ψ₀ⁿᵉᵒ."""
@@ -158,7 +163,7 @@ class SpecificEnergyDrivenGrowth(GrowthLaw):
 
 
 @dataclass(frozen=True)
-class StrainDrivenGrowth(GrowthLaw):
+class StrainDrivenGrowth(_TemperedGrowth):
     """Mass source driven by an equivalent strain, R₀ = c { [ρ/ρ*]^(−m) ε − ε* }.
 
     ε = √(2 Ψ₀ⁿᵉᵒ/E) is the strain of a bar of the same elastic energy.
@@ -168,10 +173,6 @@ class StrainDrivenGrowth(GrowthLaw):
     exponent: float = 1.0
 
     linear = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
 
     def power(self, material: Material) -> float:
         """The exponent −m."""
@@ -183,24 +184,14 @@ class StrainDrivenGrowth(GrowthLaw):
 
 
 @dataclass(frozen=True)
-class StressDrivenGrowth(GrowthLaw):
+class StressDrivenGrowth(_TemperedGrowth):
     """Mass source driven by an equivalent stress, R₀ = c { [ρ/ρ*]^(−m) σ − σ* } (Carter, Beaupré 1987).
 
     σ = [ρ/ρ*]ⁿ √(2 E Ψ₀ⁿᵉᵒ) is the stress of a bar of the same elastic energy and density.
     attractor: σ* (stress).  rate: c (density per time and per stress).  exponent: m (no unit).
     """
 
-    exponent: float = 3.0
-
     linear = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_number(self.exponent, "the exponent m", "a number of at least 0", lambda m: m >= 0)
-
-    def power(self, material: Material) -> float:
-        """The exponent n − m."""
-        return material.density_exponent - self.exponent
 
     def drive(self, elastic_energy: Any, material: Material) -> Any:
         """√(2 E Ψ₀ⁿᵉᵒ), rounded at rest."""

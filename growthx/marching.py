@@ -54,6 +54,13 @@ def discretise(scene: Scene, variant: Variant) -> Discretisation:
     return (PointBased if variant.density.local else NodeBased)(scene, variant)
 
 
+def take_back(problem: Discretisation, report: NewtonReport) -> str:
+    """Go back from a failed step to the state at its start; says why it failed, as a part of a sentence."""
+    why = problem.inadmissible() or report.reason
+    problem.reject_step()
+    return why
+
+
 def march(
     scene: Scene, variant: Variant, problem: Discretisation | None = None, tolerance: float = 1e-10
 ) -> Iterator[Step]:
@@ -84,8 +91,7 @@ def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[St
             end = target if pieces == 1 else time + remaining / pieces
             report = solver.solve(end - time, program.amplitude(end), end)
             if not report.converged:
-                why = problem.inadmissible() or report.reason
-                problem.reject_step()
+                why = take_back(problem, report)
                 rejected += 1
                 cut /= 2
                 if cut < SMALLEST_CUT:

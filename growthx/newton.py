@@ -111,20 +111,22 @@ class Newton:
 
     def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
         self._return_to(x)
-        P.zeroEntries()
-        for tangent in self.problem.tangents:
-            petsc.assemble_matrix(P, tangent, self.problem.conditions)  # type: ignore[arg-type]
-            P.assemble(PETSc.Mat.AssemblyType.FLUSH)  # PETSc drops, silently, what is added to what was inserted
-        P.assemble()
+        assemble_tangent(self.problem, P)
+
+
+def assemble_tangent(problem: Discretisation, matrix: PETSc.Mat) -> None:
+    """Assemble the tangent of a problem at its running iterate into a matrix made from `problem.coupling`."""
+    matrix.zeroEntries()
+    for tangent in problem.tangents:
+        petsc.assemble_matrix(matrix, tangent, problem.conditions)  # type: ignore[arg-type]
+        matrix.assemble(PETSc.Mat.AssemblyType.FLUSH)  # PETSc drops, silently, what is added to what was inserted
+    matrix.assemble()
 
 
 def negative_pivots(problem: Discretisation) -> int:
     """Number of negative eigenvalues of the symmetric tangent of a problem in its state, by Sylvester's law."""
     matrix = petsc.create_matrix(problem.coupling)
-    for tangent in problem.tangents:
-        petsc.assemble_matrix(matrix, tangent, problem.conditions)  # type: ignore[arg-type]
-        matrix.assemble(PETSc.Mat.AssemblyType.FLUSH)
-    matrix.assemble()
+    assemble_tangent(problem, matrix)
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     solver = PETSc.PC().create(problem.comm)
     solver.setOperators(matrix)

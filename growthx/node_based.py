@@ -35,6 +35,10 @@ class NodeBased(Discretisation):
     def __init__(self, scene: Scene, variant: Variant) -> None:
         super().__init__(scene, variant)
         domain = scene.mesh.domain
+        for influx in scene.influx:
+            self._require_growth(influx.on, "influx")
+        for prescribed in scene.prescribed_densities:
+            self._require_growth(prescribed.on, "prescribed density")
         W = self._mixed_space
         self.unknown = dolfinx.fem.Function(W)
         self.unknown.x.array[self._density_part] = self.density.x.array
@@ -94,7 +98,6 @@ class NodeBased(Discretisation):
         mesh, degree = self.scene.mesh, 2 * self.density_space.element.basix_element.degree
         forms = []
         for influx in self.scene.influx:
-            self._require_growth(influx.on, "influx")
             rate = ufl.as_ufl(influx.value(us[0], rho, mesh))
             if rate.ufl_shape:
                 raise InputError(
@@ -103,8 +106,8 @@ class NodeBased(Discretisation):
             forms.append(balances.influx(rate, test, mesh.boundary_measure(influx.on, degree)))
         return forms
 
-    def _require_growth(self, boundary: str, what: str) -> Indices:
-        """The densities on a boundary; InputError if some of them lie in regions that do not grow."""
+    def _require_growth(self, boundary: str, what: str) -> None:
+        """Raise InputError if some of the densities on a boundary lie in regions that do not grow."""
         mesh, space = self.scene.mesh, self.density_space
         dofs = dolfinx.fem.locate_dofs_topological(space, mesh.dim - 1, mesh.boundary(boundary))
         owned = dofs[dofs < space.dofmap.index_map.size_local]
@@ -114,7 +117,6 @@ class NodeBased(Discretisation):
                 f"the boundary '{boundary}' has {resting} nodes in regions that do not grow, where no {what} can act: "
                 "one that bounds growing regions alone would be right"
             )
-        return dofs
 
     def _mass_rule(self, test: Any, lumped: bool) -> tuple[Any, ufl.Measure]:
         """Test function and measure of a term of the balance of mass: Gauss points or, lumped, the cells' corners."""
@@ -133,7 +135,6 @@ class NodeBased(Discretisation):
         self._prescribed = []
         mesh, part = self.scene.mesh, W.sub(len(self.cases))
         for prescribed in self.scene.prescribed_densities:
-            self._require_growth(prescribed.on, "prescribed density")
             value = dolfinx.fem.Function(self.density_space)
             value.x.array[:] = prescribed.density
             dofs = dolfinx.fem.locate_dofs_topological(
@@ -162,8 +163,12 @@ class NodeBased(Discretisation):
 
     def _reference_source(self, test: Any) -> float:
         """‖nodal shares of the source c S* without any stimulus‖₂ (mass per time)."""
-        resorption = self.growth.rate * self.growth.attractor
-        shares = assemble(self.compile.form(resorption * test * self.growing_volume))
+        growth = self.scene.growth
+        if is_uniform(growth.rate) and is_uniform(growth.attractor):
+            shares = growth.rate * growth.attractor * self.volumes
+        else:
+            resorption = self.growth.rate * self.growth.attractor
+            shares = assemble(self.compile.form(resorption * test * self.growing_volume))
         return float(np.sqrt(self.comm.allreduce(float(shares @ shares))))
 
     def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:

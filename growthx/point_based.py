@@ -22,7 +22,7 @@ from growthx.errors import InputError
 from growthx.fields import law_as_arrays
 from growthx.local_balance import LocalSource, solve_density
 from growthx.momentum import total
-from growthx.variants import AtPoints, suited
+from growthx.variants import AtPoints, right_ones
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -83,18 +83,18 @@ class PointBased(Discretisation):
     def _refuse_what_needs_gradients(self) -> None:
         """Raise InputError for what only a density that is continuous between cells can do."""
         scene, name = self.scene, self.variant.name
-        right = ", ".join(other.name for other in suited(scene.mesh.cell_name) if not other.density.local)
+        right = right_ones(scene.mesh.cell_name, lambda other: not other.density.local)
         if scene.moves_mass:
             raise InputError(
                 f"{name} has densities that jump between cells, on which no flux, influx or prescribed density acts: "
-                f"{right} would be right"
+                + right
             )
         for load in scene.open_loads:
             force = load.force(self.displacement, self.density, scene.mesh)
             if load.on is not None and self.density in ufl.algorithms.extract_coefficients(force):
                 raise InputError(
                     f"the open load on '{load.on}' depends on the density, which {name} does not know at a boundary: "
-                    f"{right} would be right"
+                    + right
                 )
 
     def _make_spaces(

@@ -36,6 +36,11 @@ def _to_corners(problem: Discretisation) -> Floats:
     if not problem.variant.density.local:
         return problem.variant.density.shares(element, reference_corners(cell_name))
     # The (multi)linear function nearest to the values at the points; where there are too few for one, the smallest.
+    return np.linalg.pinv(corner_functions(problem))
+
+
+def corner_functions(problem: Discretisation) -> Floats:
+    """The (multi)linear function of each corner of a cell where its densities are, shape (densities, corners)."""
     points = compat.interpolation_points(problem.density_space.element)
-    linear = np.asarray(basix.ufl.element("Lagrange", cell_name, 1).tabulate(0, points))[0]
-    return np.linalg.pinv(linear)
+    linear = basix.ufl.element("Lagrange", problem.scene.mesh.cell_name, 1)
+    return np.asarray(linear.tabulate(0, points))[0]

@@ -17,6 +17,8 @@ import numpy as np
 from growthx.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from growthx.arrays import Floats
 
 TENSOR_CELLS = ("quadrilateral", "hexahedron")
@@ -217,6 +219,11 @@ DEFAULTS = (Q1P0, P1P0)  # the cheapest for each family of cells
 def suited(cell_name: str) -> list[Variant]:
     """The variants made for a shape of cells."""
     return [variant for variant in CATALOGUE.values() if cell_name in variant.cells]
+
+
+def right_ones(cell_name: str, wanted: Callable[[Variant], bool]) -> str:
+    """The end of a refusal: the names of the variants for a shape of cells that would do."""
+    return ", ".join(variant.name for variant in suited(cell_name) if wanted(variant)) + " would be right"
 
 
 def default(cell_name: str) -> Variant:
