@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import dolfinx
 import numpy as np
 
+from growthx import kernels
+
 if TYPE_CHECKING:
     import ufl
 
@@ -30,7 +32,11 @@ class Compiler:
 
     def form(self, form: ufl.Form) -> dolfinx.fem.Form:
         """The compiled form."""
-        return self(dolfinx.fem.form, form)
+        return self(kernels.form, form)
+
+    def expression(self, value: Any, X: Floats) -> dolfinx.fem.Expression:
+        """The compiled expression, for points X of the reference cell, (points, dim)."""
+        return self(kernels.expression, value, X)
 
 
 def assemble(form: dolfinx.fem.Form) -> Floats:

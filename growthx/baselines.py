@@ -162,7 +162,9 @@ def update(
             gain = problem.comm.allreduce(float(problem.volumes[dofs] @ rate))
             time, old_mass, mass = end, mass, problem.mass()
             defect = abs(mass - old_mass - time_step * gain) / mass
-            yield Step(end, time_step, problem.amplitude, 0, report, mass, defect, *problem.density_range(), reactions)
+            yield Step(
+                end, time_step, problem.amplitude, 0, report, np.nan, mass, defect, *problem.density_range(), reactions
+            )
     finally:
         newton.destroy()
 
@@ -202,10 +204,9 @@ def _source(scene: Scene, problem: Discretisation) -> Callable[[], Floats]:
 
 def _set_density(problem: Discretisation, density: Floats) -> None:
     """Make densities of this rank's growing ones the state, and the start of the next step."""
-    for function in (problem.density, problem.old_density):
-        function.x.array[problem.density_dofs] = density
-        function.x.scatter_forward()
-    problem.reject_step()  # the iterate becomes the state
+    problem.density.x.array[problem.density_dofs] = density
+    problem.density.x.scatter_forward()
+    problem.set_density(problem.density.x.array)
 
 
 def checkerboard_index(problem: Discretisation) -> float:

@@ -11,19 +11,13 @@ own.  Where the two balances are integrated at different points, each has a comp
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
-import os
-import sys
-import tempfile
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
 
-from growthx import compat
+from growthx import compat, kernels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,8 +80,8 @@ def condensed_tangent(
     cell.  cells: where the density is eliminated.
     """
     comm = space.mesh.comm
-    compiled = [dolfinx.jit.ffcx_jit(comm, tangent) for tangent in tangents]
-    coefficients = [_used(tangent, ufcx_form) for tangent, (ufcx_form, _, _) in zip(tangents, compiled, strict=True)]
+    compiled = [kernels.generated(comm, tangent) for tangent in tangents]
+    coefficients = [_used(tangent, ufcx_form) for tangent, (ufcx_form, _) in zip(tangents, compiled, strict=True)]
     constants = [tangent.constants() for tangent in tangents]
     extra = compat.KERNEL_EXTRA_TYPE
     source = SOURCE.format(
@@ -100,9 +94,11 @@ def condensed_tangent(
         extra_argument=extra and f"{extra} data",
         extra_pass=extra and ", data",
     )
-    modules = [module for _, module, _ in compiled]
-    library = dolfinx.jit.mpi_jit_decorator(_build)(comm, source, " ".join(module.__name__ for module in modules))
-    for t, (ufcx_form, module, _) in enumerate(compiled):
+    modules = [module for _, module in compiled]
+    # The bound address is kept inside the library, hence one library for each compiled form.
+    owner = " ".join(module.__name__ for module in modules)
+    library = kernels.library(comm, source, "uintptr_t bind(int t, uintptr_t address);", owner)
+    for t, (ufcx_form, module) in enumerate(compiled):
         kernel = library.bind(t, compat.integral_kernel_address(ufcx_form, module.ffi))
     form = compat.cell_form([space, space], kernel, cells, [*chain(*coefficients)], [*chain(*constants)])
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
@@ -123,29 +119,3 @@ def _values_in_a_cell(coefficient: dolfinx.fem.Function) -> int:
 def _starts(sizes: list[list[int]]) -> str:
     """Where each tangent's part begins if all parts follow one another, as a list in C."""
     return ", ".join(map(str, np.cumsum([0, *map(sum, sizes[:-1])])))
-
-
-def _build(source: str, form_name: str) -> Any:
-    """Compile the C source, once for each form it is bound to, and load it."""
-    import cffi
-
-    # The bound address is kept inside the library, hence one library for each compiled form.
-    tag = f"{source}{form_name}{sys.version}{os.uname().machine}"
-    name = f"growthx_condensed_{hashlib.sha256(tag.encode()).hexdigest()[:20]}"
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "growthx" / "kernels"
-    folder.mkdir(parents=True, exist_ok=True)
-    found = next(folder.glob(f"{name}.*so"), None)
-    if found is None:
-        ffi = cffi.FFI()
-        ffi.cdef("uintptr_t bind(int t, uintptr_t address);")
-        ffi.set_source(name, source, extra_compile_args=["-O3"])
-        # Built aside and renamed, so that another process never loads half a library.
-        with tempfile.TemporaryDirectory(dir=folder) as aside:
-            built = Path(ffi.compile(tmpdir=aside))
-            found = folder / built.name
-            built.replace(found)
-    spec = importlib.util.spec_from_file_location(name, found)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.lib

@@ -12,6 +12,7 @@ import ufl
 from mpi4py import MPI
 
 from growthx import compat
+from growthx.arrays import selection
 from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
 from growthx.errors import InputError, require, require_number
@@ -93,6 +94,7 @@ class Discretisation(ABC):
         self.momentum = Momentum(scene, self.material, self.displacement_space, self.time_step)
         self._split_cells()
         self.density_dofs = self._growing_densities()
+        self.growing = selection(self.density_dofs)
         self.volumes = assemble(self.compile.form(ufl.TestFunction(self.density_space) * self.growing_volume))
         self._set_start_density()
 
@@ -140,6 +142,7 @@ class Discretisation(ABC):
             self._average_cells(as_ufl(start, self.scene.mesh))
         require(self.density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         self.old_density.x.array[:] = self.density.x.array
+        self.accepted_density: Floats = self.density.x.array.copy()
 
     def _average_cells(self, start: dolfinx.fem.Function) -> None:
         """Give each density what a function has there, the mean of the cells around where they differ."""
@@ -149,7 +152,7 @@ class Discretisation(ABC):
     def evaluate(self, value: Any, X: Floats) -> Floats:
         """A scalar in UFL at points X of the reference cell, (points, dim), shape (owned cells, points)."""
         cells = self.scene.mesh.owned_cells
-        values = self.compile(dolfinx.fem.Expression, value, X).eval(self.scene.mesh.domain, cells)
+        values = self.compile.expression(value, X).eval(self.scene.mesh.domain, cells)
         return np.reshape(values, (len(cells), -1))
 
     def _resting_momentum(self, us: list[Any], tests: list[Any]) -> list[ufl.Form]:
@@ -211,9 +214,13 @@ class Discretisation(ABC):
 
     # -- what the solver of a step uses --------------------------------------------------------------------------------
 
-    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:
-        """Set the step's length, load and end, and put the prescribed displacements on the first iterate."""
+    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0, base: Floats | None = None) -> None:
+        """Set the length, load and end of a step of implicit Euler, and put what is prescribed on the first iterate.
+
+        base: densities the step begins with, as `density.x.array`; default: those of the state.
+        """
         self.time_step.value = time_step
+        self.old_density.x.array[:] = self.accepted_density if base is None else base
         self.time, self.amplitude = time, amplitude
         self.momentum.share.value = amplitude
         for held in self.held:
@@ -227,6 +234,7 @@ class Discretisation(ABC):
         self.unknown.x.scatter_forward()
         admissible = self.update()
         forces = self._forces()  # on all ranks, whatever one of them has found
+        self._borne = forces.copy()
         if not admissible:
             forces[:] = np.nan
         for condition in self.conditions:
@@ -293,13 +301,13 @@ class Discretisation(ABC):
         u = dolfinx.fem.Function(self.displacement_space)
         J = volume_ratio(deformation_gradient(u))
         inverted = ufl.conditional(ufl.gt(J, 0), 0.0, 1.0)
-        count = dolfinx.fem.form(inverted * ufl.TestFunction(space) * self.whole_volume)
+        count = self.compile.form(inverted * ufl.TestFunction(space) * self.whole_volume)
         midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, mesh.owned_cells)
         for number, case in enumerate(self.cases):
             u.x.array[:] = self.iterate_displacement(number)
             if where := self._first(~(assemble(count) == 0), midpoints):
                 return f"det F ≤ 0 in the cell at {where}" + (f" in the load case '{case.name}'" if case.name else "")
-        old = self.old_density.x.array[: len(self.volumes)]
+        old = self.accepted_density[: len(self.volumes)]
         density = self.iterate_density()[: len(old)]
         # A line search that halves its way towards zero never gets there.
         if where := self._first(~(density > 1e-9 * old), self.density_positions()):
@@ -320,6 +328,11 @@ class Discretisation(ABC):
         """Lowest and highest value of each owned unknown, if Newton's method must keep to any."""
         return None
 
+    def set_density(self, density: Floats) -> None:
+        """Make densities, as `density.x.array`, those of the state, at the displacement it has."""
+        self.density.x.array[:] = self.accepted_density[:] = density
+        self.reject_step()
+
     # -- what is asked of the state ------------------------------------------------------------------------------------
 
     @property
@@ -334,7 +347,7 @@ class Discretisation(ABC):
 
     @abstractmethod
     def mass_rate(self) -> float:
-        """Mass that entered per time in the last step (per thickness in two dimensions).
+        """Mass that enters per time at the running iterate (per thickness in two dimensions).
 
         From the source, ∫ R₀ dV, and across the boundary; at a bound of density, what of the source took effect.
         """
@@ -400,16 +413,31 @@ class Discretisation(ABC):
 
     def mass(self) -> float:
         """∫ ρ dV over what grows (mass; per thickness in two dimensions)."""
-        dofs = self.density_dofs
+        dofs = self.growing
         return self.comm.allreduce(float(self.volumes[dofs] @ self.density.x.array[dofs]))
 
     def mean_density(self) -> float:
         """Mean of ρ over what grows."""
         return self.mass() / self.comm.allreduce(float(self.volumes.sum()))
 
+    def root_mean_square(self, values: Floats) -> float:
+        """Root mean square over the volume that grows of values for each density, as `density.x.array`."""
+        # Volumes of nodes at the corners of quadratic simplices are zero or below.
+        weights = np.abs(self.volumes[self.growing])
+        squares = np.array([weights @ np.square(values[self.growing]), weights.sum()])
+        total, volume = self.comm.allreduce(squares)
+        return float(np.sqrt(total / volume))
+
+    def resorption(self) -> float:
+        """Root mean square over the volume that grows of the resorption c S* without a stimulus, density per time."""
+        square = (self.growth.rate * self.growth.attractor) ** 2
+        forms = [self.compile.form(each * self.growing_volume) for each in (square, ufl.as_ufl(1.0))]
+        total, volume = (self.comm.allreduce(float(dolfinx.fem.assemble_scalar(form).real)) for form in forms)
+        return float(np.sqrt(total / volume))
+
     def density_range(self) -> tuple[float, float]:
         """Lowest and highest of the density's own degrees of freedom."""
-        values = self.density.x.array[self.density_dofs]
+        values = self.density.x.array[self.growing]
         return (
             self.comm.allreduce(float(values.min(initial=np.inf)), MPI.MIN),
             self.comm.allreduce(float(values.max(initial=-np.inf)), MPI.MAX),
@@ -418,9 +446,9 @@ class Discretisation(ABC):
     def reactions(self) -> dict[str, Floats]:
         """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,).
 
-        Of several load cases, by the case's name and the boundary's.
+        At the iterate whose balance was last looked at.  Of several load cases, by the case's name and the boundary's.
         """
-        forces = self._forces()
+        forces = self._borne.copy()
         names = [f"{self.cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
         found: dict[str, Floats] = {name: np.zeros(self.scene.mesh.dim) for name in names}
         for name, held in zip(names, self.held, strict=True):

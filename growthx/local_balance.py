@@ -2,7 +2,8 @@
 
     r(ρ) = ρ − ρₙ − Δt R₀(ρ, Ψ₀ⁿᵉᵒ) = 0
 
-It is a quadratic for n − m = −1 and a scalar Newton iteration otherwise (the paper's section 5.2).
+Where the source is R₀ = c { [ρ/ρ*]^(−1) D − S* }, as for n − m = −1, this is a quadratic with a root in closed form;
+otherwise, a scalar Newton iteration (the paper's section 5.2).
 """
 
 from __future__ import annotations
@@ -51,6 +52,25 @@ class LocalSource:
         growth, rho, material = self._beside_points(density)
         return self._mean(growth.mass_source_slope(rho, self.elastic_energy, material))
 
+    @property
+    def has_one_root(self) -> bool:
+        """Whether the source nowhere rises with the density, so that the balance has one root at most."""
+        return self.growth.power(self.material) <= 0
+
+    @property
+    def is_reciprocal(self) -> bool:
+        """Whether R₀ = gain/ρ − loss."""
+        return self.growth.power(self.material) == -1 and self.growth.dead_zone == 0
+
+    def gain_and_loss(self) -> tuple[Floats, Floats]:
+        """Gain c D ρ*, shape (densities,), and loss c S* of such a source."""
+        growth, material = self.growth, self.material
+        if self.weights is None:
+            drive = growth.drive(self.elastic_energy, material)
+        else:
+            drive = self._mean(growth.drive(self.elastic_energy, _columns(material)))
+        return drive * (growth.rate * material.reference_density), growth.rate * growth.attractor
+
     def at(self, some: Indices) -> LocalSource:
         """The sources of some of the densities."""
         return LocalSource(
@@ -76,32 +96,66 @@ def solve_density(
 ) -> Floats:
     """Densities at the end of the time step; NaN where no positive one is continuous with the old density.
 
-    All arrays have the shape (densities,).  A root counts only if it is reached from ρₙ as Δt grows from 0: r rises
-    there, 1 − Δt ∂_ρR₀ > 0, and R₀(ρₙ) points to it.  The others, which exist for m < n, are not physical.  A root
-    below the round-off of ρₙ counts as none.  Where the way from ρₙ to the root meets a bound of density, the density
-    is that bound.
+    All arrays have the shape (densities,).  guess: where an iteration starts, if there is one.
+    A root counts only if it is reached from ρₙ as Δt grows from 0: r rises there, 1 − Δt ∂_ρR₀ > 0, and R₀(ρₙ)
+    points to it.  The others, which exist for m < n, are not physical.  A root below the round-off of ρₙ counts as
+    none.  Where the way from ρₙ to the root meets a bound of density, the density is that bound.
+    The old density of a later stage of a step may be below zero: for m ≥ n there is no other root to take for the one.
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        density = np.where(np.isfinite(guess) & (guess > 0), guess, old_density)
-        open_: Indices = np.arange(len(density))
-        for _ in range(MAXIMUM_ITERATIONS):
-            density[open_], over = _newton_step(source.at(open_), old_density[open_], time_step, density[open_])
-            open_ = open_[~over]
-            if len(open_) == 0:
-                break
-        density[open_] = np.nan
-        direction = np.sign(source.rate(old_density))
-        density[direction * (density - old_density) < -CLOSE * old_density] = np.nan
-        return _stopped(density, direction, source.growth.limits) if source.growth.is_bounded else density
+        if source.is_reciprocal:
+            density = _root_of_quadratic(source, old_density, time_step)
+        else:
+            density = _iterate(source, old_density, time_step, guess)
+        if not source.growth.is_bounded:
+            return density
+        direction = -1.0 if source.has_one_root else np.sign(source.rate(old_density))
+        return _stopped(density, direction, source.growth.limits)
 
 
-def _stopped(density: Floats, direction: Floats, limits: tuple[float, float]) -> Floats:
+def _root_of_quadratic(source: LocalSource, old: Floats, time_step: float) -> Floats:
+    """The positive root of ρ² − [ρₙ − Δt loss] ρ − Δt gain = 0; NaN if there is none above the round-off of ρₙ.
+
+    The residual rises for all positive densities: there is no other root to take it for.
+    """
+    gain, loss = source.gain_and_loss()
+    left = old - time_step * loss
+    doubled = np.square(left)
+    doubled += (4 * time_step) * gain
+    np.sqrt(doubled, out=doubled)
+    doubled += np.abs(left)
+    density = doubled / 2
+    eaten = left < 0  # where the difference of two numbers of the same sign would lose digits
+    if eaten.any():
+        density = np.where(eaten, 2 * time_step * gain / doubled, density)
+    lost = ~((density > ROUND_OFF * np.abs(old)) & (density < np.inf))
+    if lost.any():
+        density[lost] = np.nan
+    return density
+
+
+def _stopped(density: Floats, direction: Floats | float, limits: tuple[float, float]) -> Floats:
     """Densities that have stopped at a bound which their way meets; without a root, the way leads on and on."""
     low, high = limits
     nowhere = np.isnan(density)
     density[nowhere & (direction < 0) & (low > 0)] = low
     density[nowhere & (direction > 0) & (high < np.inf)] = high
     return np.clip(density, low, high)
+
+
+def _iterate(source: LocalSource, old: Floats, time_step: float, guess: Floats) -> Floats:
+    """The roots that Newton's method finds in the direction of the source; NaN where it finds none."""
+    density = np.where(np.isfinite(guess) & (guess > 0), guess, old)
+    open_: Indices = np.arange(len(density))
+    for _ in range(MAXIMUM_ITERATIONS):
+        density[open_], over = _newton_step(source.at(open_), old[open_], time_step, density[open_])
+        open_ = open_[~over]
+        if len(open_) == 0:
+            break
+    density[open_] = np.nan
+    if not source.has_one_root:
+        density[~(np.sign(source.rate(old)) * (density - old) >= -CLOSE * old)] = np.nan
+    return density
 
 
 def _newton_step(source: LocalSource, old: Floats, time_step: float, rho: Floats) -> tuple[Floats, Marks]:

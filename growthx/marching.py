@@ -1,15 +1,18 @@
-"""The march through time: an open loop over steps, with cut-back when a step fails and regrowth after."""
+"""The march through time: an open loop over steps; what fails, or is not accurate enough, is taken back and cut."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from growthx.errors import EndedEarly
+from growthx.errors import EndedEarly, InputError
+from growthx.integration import Integrator, SolvedStep
 from growthx.newton import Newton, NewtonReport
 from growthx.node_based import NodeBased
 from growthx.point_based import PointBased
+from growthx.stepping import FixedSteps, Stepping
+from growthx.time_schemes import IMPLICIT_EULER
 from growthx.wellposedness import warn_if_ill_posed
 
 if TYPE_CHECKING:
@@ -18,15 +21,15 @@ if TYPE_CHECKING:
     from growthx.scene import Scene
     from growthx.variants import Variant
 
-SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
-
 
 @dataclass(frozen=True)
 class Step:
     """One accepted time step; all numbers are global.
 
     time, time_step: end and length of the step.  load: share of the loads.  rejected: failed attempts before it.
-    newton: how the solution of the step went.  mass: ∫ ρ dV (per thickness in two dimensions).
+    newton: how the solution of the step went, of all its stages.
+    error: estimated error of density of this step, root mean square over the volume, relative; NaN if not asked for.
+    mass: ∫ ρ dV (per thickness in two dimensions).
     mass_defect: |change of mass − Δt (∫ R₀ dV + influx)| over the mass.  min_density, max_density: over the density's
     own degrees of freedom.  reactions: force on the body at each support (per thickness in two dimensions).
     """
@@ -36,6 +39,7 @@ class Step:
     load: float
     rejected: int
     newton: NewtonReport
+    error: float
     mass: float
     mass_defect: float
     min_density: float
@@ -62,98 +66,91 @@ def take_back(problem: Discretisation, report: NewtonReport) -> str:
 
 
 def march(
-    scene: Scene, variant: Variant, problem: Discretisation | None = None, tolerance: float = 1e-10
+    scene: Scene,
+    variant: Variant,
+    problem: Discretisation | None = None,
+    tolerance: float = 1e-10,
+    *,
+    stepping: Stepping | None = None,
+    full_newton: bool = False,
 ) -> Iterator[Step]:
     """Advance a scene through its program, yielding each accepted step.
 
     problem: the discretised scene, when the caller wants to look at it between steps (default: `discretise`).
-    tolerance: of Newton's method, see `newton.Newton`.
+    tolerance, full_newton: of Newton's method, see `newton.Newton`.
+    stepping: the way through time; default: the program's fixed steps by implicit Euler.
     Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length; the problem then
-    holds the last good state.
+    holds the last good state.  Raises InputError for a scheme that cannot integrate the scene.
     """
+    stepping = FixedSteps() if stepping is None else stepping
+    if scene.inertia is not None and stepping.scheme is not IMPLICIT_EULER:
+        raise InputError(
+            f"the scheme is {stepping.scheme.name} and the scene '{scene.name}' has inertia, whose rate of momentum is "
+            f"by {IMPLICIT_EULER.name}: that scheme would be right"
+        )
     problem = discretise(scene, variant) if problem is None else problem
-    newton = Newton(problem, tolerance)
+    newton = Newton(problem, stepping.newton_tolerance(tolerance), full=full_newton)
     try:
-        yield from _steps(scene, problem, newton)
+        yield from _steps(scene, problem, newton, stepping)
     finally:
         newton.destroy()
 
 
-def _steps(scene: Scene, problem: Discretisation, newton: Newton) -> Iterator[Step]:
-    program = scene.program
-    time, cut, rejected = 0.0, 1.0, 0
-    mass, solver = problem.mass(), _Solver(problem, newton)
-    for target in map(float, program.times()):
+def _steps(scene: Scene, problem: Discretisation, newton: Newton, stepping: Stepping) -> Iterator[Step]:
+    program, control = scene.program, stepping.control(scene.program)
+    integrator = Integrator(problem, newton, stepping.scheme, estimate=control.needs_error, predict=stepping.predicted)
+    enough = _enough(problem, stepping)
+    time, rejected, mass = 0.0, 0, problem.mass()
+    for target in map(float, control.targets()):
         while time < target:
-            remaining = target - time
-            # The last piece ends on the requested time exactly and is never a sliver.
-            pieces = max(1, round(remaining / (cut * program.step)))
-            end = target if pieces == 1 else time + remaining / pieces
-            report = solver.solve(end - time, program.amplitude(end), end)
-            if not report.converged:
-                why = take_back(problem, report)
+            end = control.end(time, target)
+            found = integrator.step(time, end)
+            why = ""
+            if not found.newton.converged:
+                why = take_back(problem, found.newton)
+                control.failed(end - time)
+            elif not control.accepts(end - time, found.error):
+                why = f"the estimated error of density is {found.error:.2g}"
+                problem.reject_step()
+            if why:
                 rejected += 1
-                cut /= 2
-                if cut < SMALLEST_CUT:
+                if control.hopeless:
                     raise EndedEarly(
                         f"the run ended at t = {time:g} of {program.until:g}: {why}, "
                         f"and a time step cut from {program.step:g} to {end - time:.3g} did not help"
                     )
                 continue
             reactions = problem.reactions()
-            problem.accept_step()
-            gain, old_mass, mass = problem.mass_rate(), mass, problem.mass()
+            integrator.accept()
+            old_mass, mass = mass, problem.mass()
             low, high = problem.density_range()
             yield Step(
                 time=end,
                 time_step=end - time,
                 load=problem.amplitude,
                 rejected=rejected,
-                newton=report,
+                newton=found.newton,
+                error=found.error,
                 mass=mass,
-                mass_defect=abs(mass - old_mass - (end - time) * gain) / mass,
+                mass_defect=abs(mass - old_mass - (end - time) * found.mass_rate) / mass,
                 min_density=low,
                 max_density=high,
                 reactions=reactions,
             )
-            time, rejected, cut = end, 0, min(1.0, 2 * cut)
+            time, rejected = end, 0
+            if enough(found):
+                return
 
 
-class _Solver:
-    """Solves one step after another, each from what the last one foretells or, if that fails, from the last state."""
-
-    def __init__(self, problem: Discretisation, newton: Newton) -> None:
-        self._problem, self._newton = problem, newton
-        self._amplitude = 0.0
-        self._last: tuple[float, float, Floats] | None = None  # time step, growth of the load, change of the unknown
-
-    def solve(self, time_step: float, amplitude: float, end: float) -> NewtonReport:
-        """Bring the running iterate to balance at the end of a step."""
-        problem, growth = self._problem, amplitude - self._amplitude
-        state = problem.unknown.x.array.copy()
-        problem.begin_step(time_step, amplitude, end)
-        report = self._newton.solve() if self._foretell(state, time_step, growth) else None
-        if report is None or not report.converged:
-            if report is not None:
-                problem.reject_step()
-                problem.begin_step(time_step, amplitude, end)
-            report = self._newton.solve()
-        if report.converged:
-            self._amplitude, self._last = amplitude, (time_step, growth, problem.unknown.x.array - state)
-        return report
-
-    def _foretell(self, state: Floats, time_step: float, growth: float) -> bool:
-        """Put a linear continuation of the last step on the iterate; False if the load does not go on as it went."""
-        if self._last is None:
-            return False
-        last_step, last_growth, change = self._last
-        ratio = time_step / last_step
-        if abs(growth - ratio * last_growth) > 1e-9:
-            return False
-        unknown = self._problem.unknown.x.array
-        begun = unknown.copy()
-        unknown[:] = state + ratio * change
-        for condition in self._problem.conditions:  # what is prescribed has been put there already
-            dofs, _ = condition.dof_indices()
-            unknown[dofs] = begun[dofs]
-        return True
+def _enough(problem: Discretisation, stepping: Stepping) -> Callable[[SolvedStep], bool]:
+    """Whether a step has come so close to biological equilibrium that the run may end."""
+    share = stepping.equilibrium
+    if share is None:
+        return lambda found: False
+    resorption = problem.resorption()
+    if resorption == 0:
+        raise InputError(
+            f"the rate c or the attractor stimulus of the scene '{problem.scene.name}' is zero everywhere, against "
+            "which a rate of density cannot be measured: no share of equilibrium would be right"
+        )
+    return lambda found: problem.amplitude == 1.0 and problem.root_mean_square(found.slope) <= share * resorption

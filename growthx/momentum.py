@@ -8,7 +8,7 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx import balances
+from growthx import balances, kernels
 from growthx.assembly import assemble
 from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
@@ -120,7 +120,7 @@ def corner_shares(mesh: Mesh) -> dolfinx.fem.Function:
     space = dolfinx.fem.functionspace(mesh.domain, ("DG", 1))
     shares, test = dolfinx.fem.Function(space), ufl.TestFunction(space)
     volume = ufl.Measure("dx", domain=mesh.domain, metadata={"quadrature_degree": 3})
-    gauss, corners = (assemble(dolfinx.fem.form(test * measure)) for measure in (volume, at_corners(volume)))
+    gauss, corners = (assemble(kernels.form(test * measure)) for measure in (volume, at_corners(volume)))
     shares.x.array[: len(gauss)] = gauss / corners
     shares.x.scatter_forward()
     return shares

@@ -10,6 +10,9 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from growthx import linear_solvers
+from growthx.kept_factor import KeptFactor
+
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
 
@@ -22,25 +25,32 @@ class NewtonReport:
     """How the solution of a step ended.
 
     residual_norms: ‖out-of-balance forces‖₂ over their scale, one per iteration, the start included.
-    reason: a part of a sentence.
+    reason: a part of a sentence.  residuals, factorisations: how often each was computed.
     """
 
     converged: bool
     iterations: int
     residual_norms: tuple[float, ...]
     reason: str
+    residuals: int = 0
+    factorisations: int = 0
 
 
 class Newton:
-    """Newton's method with an exact tangent, a direct solver and a line search that avoids inadmissible states.
+    """Newton's method with an exact residual, a consistent tangent and steps that avoid inadmissible states.
 
     tolerance: ‖R‖₂ ≤ tolerance · force scale ends the iteration; R are the out-of-balance forces and, in units of
     force, of mass.
+    full: assemble and factorise the tangent at every iteration, as the paper does, and search along each step; else
+    only where an older factor has become slow, see `kept_factor` (not for densities with bounds that are unknowns).
     """
 
-    def __init__(self, problem: Discretisation, tolerance: float = 1e-10, maximum_iterations: int = 25) -> None:
+    def __init__(
+        self, problem: Discretisation, tolerance: float = 1e-10, maximum_iterations: int = 25, *, full: bool = False
+    ) -> None:
         self.problem = problem
         self._force_scale = problem.force_scale()
+        self._residuals = self._factorisations = 0
         self._matrix = petsc.create_matrix(problem.coupling)
         self._solution = PETSc.Vec().createMPI((len(problem.nodal_load), None), comm=problem.comm)
         residual = self._solution.duplicate()
@@ -49,16 +59,16 @@ class Newton:
         snes.setFunction(self._assemble_residual, residual)
         snes.setJacobian(self._assemble_tangent, self._matrix)
         limits = problem.limits()
-        snes.setType("newtonls" if limits is None else "vinewtonrsls")
+        if limits is not None:
+            snes.setType("vinewtonrsls")
+        elif full:
+            snes.setType("newtonls")
+        else:
+            snes.setType("python")
+            snes.setPythonContext(KeptFactor())
         snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
         snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
-        ksp, pc = snes.getKSP(), snes.getKSP().getPC()
-        ksp.setType("preonly")
-        if problem.symmetric:
-            self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-            self._matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        pc.setType("cholesky" if problem.symmetric else "lu")
-        pc.setFactorSolverType("mumps")
+        self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix)
         if limits is not None and not PETSc.Options(PREFIX).hasName("snes_linesearch_type"):
             # The default one of this type stalls, and ends runs, where full steps converge at once.
             options = PETSc.Options(PREFIX)
@@ -74,6 +84,7 @@ class Newton:
 
     def solve(self) -> NewtonReport:
         """Bring the running iterate to balance, starting from what it is."""
+        self._residuals = self._factorisations = 0
         unknown = self.problem.unknown.x.array
         self._solution.array_w[:] = unknown[: self._solution.local_size]
         try:
@@ -82,12 +93,16 @@ class Newton:
             # A factorisation that PETSc itself gives up on fails the step; anything else is a defect of ours.
             if error.ierr not in (PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_MAT_CH_ZRPVT, PETSC_ERR_FP, PETSC_ERR_LIB):
                 raise
-            return NewtonReport(False, self._snes.getIterationNumber(), (), "the linear system is singular")
+            return self._report(False, (), "the linear system is singular")
         norms = tuple(float(norm) / self._force_scale for norm in self._snes.getConvergenceHistory()[0])
         code = self._snes.getConvergedReason()
         if code > 0:  # else the iterate stays where it failed, to be asked why
             self._return_to(self._solution)
-        return NewtonReport(code > 0, self._snes.getIterationNumber(), norms, _REASONS.get(code, f"SNES reason {code}"))
+        return self._report(code > 0, norms, _REASONS.get(code, f"SNES reason {code}"))
+
+    def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
+        iterations = self._snes.getIterationNumber()
+        return NewtonReport(converged, iterations, norms, reason, self._residuals, self._factorisations)
 
     def destroy(self) -> None:
         """Free the solver's memory (collective)."""
@@ -102,16 +117,18 @@ class Newton:
         here = np.array_equal(x.array_r, self.problem.unknown.x.array[: x.local_size])
         if not self.problem.comm.allreduce(here, MPI.LAND):
             self._take(x)
-            self.problem.unknown.x.scatter_forward()
-            self.problem.update()
+            self.problem.out_of_balance()
 
     def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
+        self._residuals += 1
         self._take(x)
         f.array_w[:] = self.problem.out_of_balance()
 
     def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        self._factorisations += 1
         self._return_to(x)
         assemble_tangent(self.problem, P)
+        self.linear_solver.refresh()
 
 
 def assemble_tangent(problem: Discretisation, matrix: PETSc.Mat) -> None:

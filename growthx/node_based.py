@@ -171,9 +171,9 @@ class NodeBased(Discretisation):
             shares = assemble(self.compile.form(resorption * test * self.growing_volume))
         return float(np.sqrt(self.comm.allreduce(float(shares @ shares))))
 
-    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0) -> None:
-        """Set the step's length, load and end, and put what is prescribed on the first iterate."""
-        super().begin_step(time_step, amplitude, time)
+    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0, base: Floats | None = None) -> None:
+        """Set the length, load and end of a step of implicit Euler, and put what is prescribed on the first iterate."""
+        super().begin_step(time_step, amplitude, time, base)
         for dofs, density, _ in self._prescribed:
             self.unknown.x.array[dofs] = density
         # Long steps do not gain a multiple of the mass: the source is their scale.
@@ -185,19 +185,17 @@ class NodeBased(Discretisation):
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
-        self._supply = self._supplied()
         self.momentum.remember_motion(self.iterate_displacement())
         for case, u in enumerate(self.displacements):
             u.x.array[:] = self.iterate_displacement(case)
         self._show_mean_displacement()
-        self.density.x.array[:] = self.iterate_density()
-        self.old_density.x.array[:] = self.density.x.array
+        self.density.x.array[:] = self.accepted_density[:] = self.iterate_density()
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
         for part, u in zip(self.parts, self.displacements, strict=True):
             self.unknown.x.array[part] = u.x.array
-        self.unknown.x.array[self._density_part] = self.density.x.array
+        self.unknown.x.array[self._density_part] = self.accepted_density
 
     def iterate_density(self) -> Floats:
         """Density of the running iterate."""
@@ -212,14 +210,14 @@ class NodeBased(Discretisation):
     def mass_rate(self) -> float:
         """∫ R₀ dV and the influx: the nodal shares, summed; and what holds densities where they are prescribed."""
         gains = sum(float(assemble(form).sum()) for form in self._gains)
-        return self.comm.allreduce(gains) + self._supply
+        return self.comm.allreduce(gains) + self._supplied()
 
     def _supplied(self) -> float:
         """Mass per time that must be supplied to hold densities at their prescribed values or bounds."""
         held = self._held_densities()
         if held is None:
             return 0.0
-        return self.comm.allreduce(float(self._forces()[held].sum())) / float(self._mass_to_force.value)
+        return self.comm.allreduce(float(self._borne[held].sum())) / float(self._mass_to_force.value)
 
     def _held_densities(self) -> Indices | None:
         """Owned unknowns that are densities at prescribed values or at bounds; None if the scene has neither."""

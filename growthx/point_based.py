@@ -109,7 +109,7 @@ class PointBased(Discretisation):
         self._weights = None
         if self._pointwise or self.scene.growth.is_linear:
             self._energy = self._share_form(energy, self.density_space)
-            self._energy_dofs, self._energy_shares = self.density_dofs, self._shares[self.density_dofs]
+            self._energy_dofs, self._energy_shares = self.growing, self._shares[self.growing]
             return
         mesh, degree = self.scene.mesh, self.variant.mass_degree
         points = dolfinx.fem.functionspace(mesh.domain, basix.ufl.quadrature_element(mesh.cell_name, degree=degree))
@@ -159,7 +159,7 @@ class PointBased(Discretisation):
 
     def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""
-        return self._share(coefficient)[self.density_dofs] / self._shares[self.density_dofs]
+        return self._share(coefficient)[self.growing] / self._shares[self.growing]
 
     def _local_source(self) -> LocalSource:
         """The mass source of each density at the running displacement."""
@@ -168,8 +168,9 @@ class PointBased(Discretisation):
 
     def update(self) -> bool:
         """Solve the balance of mass for each density at the running displacement."""
-        dofs = self.density_dofs
-        source, time_step = self._local_source(), float(self.time_step.value)
+        dofs = self.growing
+        self._source = source = self._local_source()
+        time_step = float(self.time_step.value)
         density = solve_density(source, self.old_density.x.array[dofs], time_step, self.density.x.array[dofs])
         self.density.x.array[dofs] = density
         if self._free is not None:
@@ -178,12 +179,7 @@ class PointBased(Discretisation):
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
-        dofs = self.density_dofs
-        if self._free is not None:  # at a bound, mass follows the bound and not the source
-            stopped = self._free.x.array[dofs] == 0
-            change = (self.density.x.array[dofs] - self.old_density.x.array[dofs]) / float(self.time_step.value)
-            self._stopped = stopped, change[stopped]
-        self.old_density.x.array[:] = self.density.x.array
+        self.accepted_density[:] = self.density.x.array
         self._accepted[:] = self.unknown.x.array
         if len(self.cases) > 1:
             for case, u in enumerate(self.displacements):
@@ -193,7 +189,7 @@ class PointBased(Discretisation):
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
-        self.density.x.array[:] = self.old_density.x.array
+        self.density.x.array[:] = self.accepted_density
         self.unknown.x.array[:] = self._accepted
 
     def iterate_density(self) -> Floats:
@@ -207,10 +203,11 @@ class PointBased(Discretisation):
         return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
     def mass_rate(self) -> float:
-        """∫ R₀ dV; where a density has stopped at a bound, what of the source took effect in the last step."""
-        dofs = self.density_dofs
-        source = self._local_source().rate(self.density.x.array[dofs])
+        """∫ R₀ dV; where a density has stopped at a bound, what of the source took effect in the step."""
+        dofs = self.growing
+        source = self._source.rate(self.density.x.array[dofs])
         if self._free is not None:
-            stopped, change = self._stopped
-            source[stopped] = change
+            stopped = self._free.x.array[dofs] == 0
+            change = (self.density.x.array[dofs] - self.old_density.x.array[dofs]) / float(self.time_step.value)
+            source[stopped] = change[stopped]
         return self.comm.allreduce(float(self.volumes[dofs] @ source))

@@ -68,7 +68,7 @@ class PointWriter:
         self._displacement = dolfinx.fem.Function(
             dolfinx.fem.functionspace(self._domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
         )
-        self._stimulus = problem.compile(dolfinx.fem.Expression, _stimulus(problem), self._points)
+        self._stimulus = problem.compile.expression(_stimulus(problem), self._points)
 
     def write(self, time: float) -> None:
         """Append the state at a time."""

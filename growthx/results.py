@@ -88,7 +88,7 @@ def _cell_means(problem: Discretisation, values: list[Any]) -> Floats:
     space = dolfinx.fem.functionspace(problem.scene.mesh.domain, ("DG", 0, (len(values),)))
     test, ones = ufl.TestFunction(space), [1.0] * len(values)
     forms = (ufl.inner(ufl.as_vector(each), test) * problem.whole_volume for each in (values, ones))
-    total, volumes = (assemble(dolfinx.fem.form(form)).reshape(-1, len(values)) for form in forms)
+    total, volumes = (assemble(problem.compile.form(form)).reshape(-1, len(values)) for form in forms)
     return total / volumes
 
 

@@ -15,6 +15,7 @@ from growthx.results import new_folder, write
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
     from growthx.scene import Scene
+    from growthx.stepping import Stepping
     from growthx.variants import Variant
 
 
@@ -70,12 +71,16 @@ def solve(
     out: str | os.PathLike[str] | None = None,
     watch: Callable[[Result], None] | None = None,
     tolerance: float = 1e-10,
+    stepping: Stepping | None = None,
+    full_newton: bool = False,
 ) -> Result:
     """Run a scene to its end.
 
     out: a new or empty folder; the fields and history are written there when the run ends, also when it ends early.
     watch: called after every accepted step with the result so far, for progress bars and intermediate output; the time
-    it takes is not counted.  tolerance: of Newton's method, see `newton.Newton`.
+    it takes is not counted.
+    stepping: the way through time, `FixedSteps` or `AdaptiveSteps`; default: the program's fixed steps, implicit Euler.
+    tolerance, full_newton: of Newton's method, see `newton.Newton`.
     Raises RunEndedEarly if a step cannot be solved, InputError if `out` is not empty or not writable.
     """
     folder = None if out is None else new_folder(out, scene.mesh.domain.comm)
@@ -85,7 +90,7 @@ def solve(
     result.setup_s = time.perf_counter() - start - result.compile_s
     start = time.perf_counter()
     try:
-        for step in march(scene, variant, problem, tolerance):
+        for step in march(scene, variant, problem, tolerance, stepping=stepping, full_newton=full_newton):
             result.solve_s += time.perf_counter() - start
             result.steps.append(step)
             if watch is not None:

@@ -25,13 +25,13 @@ def reference_corners(cell_name: str) -> Floats:
 
 def positions(mesh: Mesh, X: Floats) -> Floats:
     """Where the points X of the reference cell, (points, dim), lie in the owned cells, shape (cells, points, 3)."""
-    return np.einsum("pn,cni->cpi", _geometry_basis(mesh, X)[0], _corners(mesh))
+    return np.einsum("pn,cni->cpi", _geometry_basis(mesh, X)[0], _corners(mesh), optimize=True)
 
 
 def volume_ratios(mesh: Mesh, X: Floats) -> Floats:
     """Volume of the owned cells per reference volume at the points X, shape (cells, points), positive."""
     derivatives = _geometry_basis(mesh, X)[1:]
-    jacobian = np.einsum("dpn,cni->cpid", derivatives, _corners(mesh)[:, :, : mesh.dim])
+    jacobian = np.einsum("dpn,cni->cpid", derivatives, _corners(mesh)[:, :, : mesh.dim], optimize=True)
     return np.abs(np.linalg.det(jacobian))
 
 

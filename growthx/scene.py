@@ -16,6 +16,8 @@ from growthx.open_loads import OpenLoad
 from growthx.supports import PointSupport, Support
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from growthx.growth import GrowthLaw
     from growthx.material import Material
     from growthx.mesh import Mesh
@@ -27,11 +29,13 @@ class Program:
     """Time steps and load ramp.
 
     step: nominal time step Δt; until: end time; ramp: time over which loads and displacements grow linearly from zero.
+    requested: other times at which a step is to end.
     """
 
     step: float
     until: float
     ramp: float = 0.0
+    requested: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         require_number(self.step, "the time step Δt", "a positive number", lambda dt: dt > 0)
@@ -41,11 +45,27 @@ class Program:
             raise InputError(
                 f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps"
             )
+        for time in self.requested:
+            require_number(time, "a requested time", f"one above 0 and up to {self.until:g}", self._is_within)
 
     def times(self) -> Floats:
-        """The times that must be hit: multiples of the step, then the end time exactly."""
+        """The times that must be hit: multiples of the step and requested ones, then the end time exactly."""
         count = math.ceil(self.until / self.step * (1 - 1e-12))
-        return np.append(self.step * np.arange(1, count), self.until)
+        return self._together(self.step * np.arange(1, count), self.requested)
+
+    def landmarks(self) -> Floats:
+        """The times that must be hit whatever the step: the end of the ramp, requested ones, the end time exactly."""
+        return self._together([self.ramp] if 0 < self.ramp < self.until else [], self.requested)
+
+    def _is_within(self, time: float) -> bool:
+        return 0 < time <= self.until
+
+    def _together(self, some: Sequence[float] | Floats, others: tuple[float, ...]) -> Floats:
+        """Times in order with the end time last, each once: rounding errors do not make two of one."""
+        exact = np.array([*others, self.until])
+        some = np.asarray(some, dtype=float)
+        apart = np.abs(np.subtract.outer(some, exact)).min(axis=1) > 1e-9 * self.step
+        return np.unique(np.concatenate([some[apart], exact]))
 
     def amplitude(self, time: float) -> float:
         """Share of the loads at a time, from 0 to 1."""

@@ -78,6 +78,36 @@ def test_closed_form(n, m, time_step):
 
 
 @pytest.mark.parametrize("time_step", TIME_STEPS)
+@pytest.mark.parametrize("of_each", [None, 4])
+@pytest.mark.parametrize(
+    "growth",
+    [EnergyDrivenGrowth(0.7, 1.4, 3.0), EnergyDrivenGrowth(0.7, 1.4, 3.0, bounds=(0.5, 2.0)), StrainDrivenGrowth(0.7)],
+    ids=["energy", "energy, bounds", "strain"],
+)
+def test_the_closed_form_finds_what_the_iteration_finds(monkeypatch, growth, of_each, time_step):
+    """Two ways to one root, for any law in ρ⁻¹: also for means of a law that is not linear, and at bounds."""
+    material = Material(2.0, 0.3, 1.3, 2.0)
+    old, energy = states(200)
+    weights = None
+    if of_each is not None:
+        energy, weights = energy[:, np.newaxis] * [0.1, 0.5, 1.0, 2.0], np.tile([0.4, 0.3, 0.2, 0.1], (200, 1))
+    source = LocalSource(growth, material, energy, weights)
+    assert source.is_reciprocal
+    found = solve_density(source, old, time_step, old)
+    monkeypatch.setattr(LocalSource, "is_reciprocal", False)
+    assert np.allclose(found, solve_density(source, old, time_step, old), rtol=1e-11, atol=0, equal_nan=True)
+
+
+@pytest.mark.parametrize("energy", [np.nan, np.inf, -1.0])
+@pytest.mark.parametrize("time_step", [0.1, 10.0])
+def test_no_density_follows_from_an_energy_that_is_none(energy, time_step):
+    """An inverted cell has no energy: its density must not look like one, and no other may suffer."""
+    old, energies = np.array([0.5, 0.5]), np.array([energy, 0.8])
+    found = solve(2, 3, old, energies, time_step)
+    assert np.isnan(found).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("time_step", TIME_STEPS)
 @pytest.mark.parametrize("m", [0, 1, 2, 3, 4])
 @pytest.mark.parametrize("n", [1, 2, 3.5])
 def test_what_is_found_balances(n, m, time_step):

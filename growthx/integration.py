@@ -1,0 +1,136 @@
+"""One step in time by a scheme: its stages solved one after another, its slopes, and the error they tell of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from growthx.prediction import Prediction
+from growthx.time_schemes import SDIRK2
+
+if TYPE_CHECKING:
+    from growthx.arrays import Floats
+    from growthx.discretisation import Discretisation
+    from growthx.newton import Newton, NewtonReport
+    from growthx.time_schemes import TimeScheme
+
+
+@dataclass(frozen=True)
+class SolvedStep:
+    """What came of a step: how its solution went, and if it converged the rest.
+
+    error: estimated, of density, root mean square over the volume, relative; NaN where it is not known.
+    mass_rate: mass that entered per time.  slope: that of each density at the end (density per time).
+    """
+
+    newton: NewtonReport
+    error: float = np.nan
+    mass_rate: float = np.nan
+    slope: Floats = field(default_factory=lambda: np.zeros(0))
+
+
+class Integrator:
+    """Takes a problem from one time to the next; the caller accepts a step or takes it back."""
+
+    def __init__(
+        self,
+        problem: Discretisation,
+        newton: Newton,
+        scheme: TimeScheme,
+        *,
+        estimate: bool = False,
+        predict: bool = True,
+    ) -> None:
+        """estimate: whether the error of each step is wanted.  predict: whether to begin where the last ones point."""
+        self._problem, self._newton, self._scheme = problem, newton, scheme
+        self._estimate, self._predict = estimate, predict
+        self._prediction = Prediction(problem.comm)
+        self._prediction.remember(0.0, problem.unknown.x.array.copy())
+        self._course: float | None = None  # growth of the load per time
+        self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
+        self._found: list[tuple[float, Floats]] = []  # unknowns at the stages of the step that is not accepted yet
+
+    def step(self, time: float, end: float) -> SolvedStep:
+        """Solve the stages of a step; the running iterate is then the end of the step, or where a stage failed."""
+        problem, scheme, length = self._problem, self._scheme, end - time
+        self._follow_course(time, end)
+        self._found = []
+        if self._start is None and (scheme.needs_start or (self._estimate and scheme.compares_start)):
+            scheme = SDIRK2
+        slope, rate = (np.zeros_like(problem.accepted_density), 0.0) if self._start is None else self._start
+        slopes, rates, reports = [slope], [rate], []
+        for row, share in zip(scheme.weights, scheme.times, strict=True):
+            at = end if share == 1.0 else time + share * length
+            base = problem.accepted_density.copy()
+            for weight, slope in zip(row[:-1], slopes, strict=True):
+                if weight:
+                    base += length * weight * slope
+            report = self._solve(row[-1] * length, at, base)
+            reports.append(report)
+            if not report.converged:
+                return SolvedStep(_together(reports))
+            slopes.append((problem.iterate_density() - base) / (row[-1] * length))
+            rates.append(problem.mass_rate())
+            self._found.append((at, problem.unknown.x.array.copy()))
+        self._end = slopes[-1], rates[-1]
+        return SolvedStep(
+            newton=_together(reports),
+            error=self._error(scheme, length, slopes) if self._estimate else np.nan,
+            mass_rate=float(np.dot(scheme.weights[-1], rates)),
+            slope=slopes[-1],
+        )
+
+    def accept(self) -> None:
+        """Make the end of the step the state."""
+        self._problem.accept_step()
+        self._start = self._end
+        for time, unknown in self._found:
+            self._prediction.remember(time, unknown)
+
+    def _solve(self, length: float, time: float, base: Floats) -> NewtonReport:
+        """Bring the running iterate to balance, from what is foretold or else from where it was."""
+        problem = self._problem
+        amplitude = problem.scene.program.amplitude(time)
+        before = problem.unknown.x.array.copy()
+        problem.begin_step(length, amplitude, time, base)
+        foretold = self._prediction.at(time) if self._predict else None
+        if foretold is not None:
+            held = problem.unknown.x.array.copy()
+            problem.unknown.x.array[:] = foretold
+            for condition in problem.conditions:  # what is prescribed has been put there already
+                dofs, _ = condition.dof_indices()
+                problem.unknown.x.array[dofs] = held[dofs]
+            report = self._newton.solve()
+            if report.converged:
+                return report
+            problem.reject_step()
+            problem.unknown.x.array[:] = before
+            problem.begin_step(length, amplitude, time, base)
+        return self._newton.solve()
+
+    def _follow_course(self, time: float, end: float) -> None:
+        """What was found before a bend of the load says nothing about what comes after it."""
+        amplitude = self._problem.scene.program.amplitude
+        course = (amplitude(end) - amplitude(time)) / (end - time)
+        if self._course is not None and abs(course - self._course) > 1e-9 * max(abs(course), abs(self._course)):
+            self._prediction.restart()
+        self._course = course
+
+    def _error(self, scheme: TimeScheme, length: float, slopes: list[Floats]) -> float:
+        """Root mean square over the volume of what the compared scheme would have found otherwise, relative."""
+        problem = self._problem
+        differences = np.array(scheme.compared) - np.array(scheme.weights[-1])
+        error = sum(difference * slope for difference, slope in zip(differences, slopes, strict=True))
+        return float(length * problem.root_mean_square(error) / problem.root_mean_square(problem.accepted_density))
+
+
+def _together(reports: list[NewtonReport]) -> NewtonReport:
+    """The reports of the stages as one: the last one, with the work of all."""
+    return replace(
+        reports[-1],
+        iterations=sum(report.iterations for report in reports),
+        residuals=sum(report.residuals for report in reports),
+        factorisations=sum(report.factorisations for report in reports),
+    )

@@ -1,0 +1,173 @@
+"""Newton's method that keeps its factor: a tangent is assembled and factorised only where an older one is slow.
+
+With the factor of an older tangent K̃ the iteration is x ← x − K̃⁻¹ R(x), of linear convergence.  Anderson mixing of the
+last few steps (a secant method on the kept factor) makes it several times faster.  The solution is that of Newton's
+method: the residual is exact, and the same tolerance ends the iteration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mpi4py import MPI
+
+if TYPE_CHECKING:
+    from growthx.arrays import Floats
+
+PATIENCE = 8  # iterations to go, at the rate of the last one, beyond which a new factor is the cheaper way
+DEPTH = 5  # steps that are mixed
+SHORTEST = 2.0**-12  # share of a Newton step
+CONVERGED = "CONVERGED_FNORM_ABS"
+DESCENT = 1e-4  # least relative reduction of the residual by a full step; less by its parts
+
+
+class KeptFactor:
+    """The context of a PETSc SNES of type "python": solves with the factor it has for as long as that pays.
+
+    The factor outlives a call: the next time step begins with it.
+    """
+
+    def __init__(self) -> None:
+        self._mixing = _Mixing()
+        self._factorised = False
+
+    def solve(self, snes: Any, b: Any, x: Any) -> None:
+        """Bring the residual at x below the solver's absolute tolerance; PETSc calls this."""
+        reason = self._iterate(_Iteration(snes, x))
+        if reason != CONVERGED:
+            self._factorised = False
+        snes.setConvergedReason(getattr(snes.ConvergedReason, reason))
+
+    def _iterate(self, at: _Iteration) -> str:
+        self._mixing.forget()
+        while True:
+            if not math.isfinite(at.norm):
+                return at.not_a_number
+            if at.norm <= at.tolerance:
+                return CONVERGED
+            if at.count >= at.limit:
+                return "DIVERGED_MAX_IT"
+            if not self._factorised:
+                self._mixing.forget()
+                at.factorise()
+                self._factorised = True
+            fresh = at.is_factorised_here
+            newton = at.newton_step()
+            if newton is None:
+                return "DIVERGED_LINEAR_SOLVE"
+            before = at.norm
+            step = self._mixing.improve(at.position, newton, at.residual, at.comm)
+            moved = at.try_step(step, shortest=SHORTEST if fresh else 1.0)
+            if not moved and fresh:
+                return "DIVERGED_LINE_SEARCH"
+            self._factorised = moved and not at.is_slow(before)
+
+
+class _Iteration:
+    """An iterate of a SNES, its residual and what can be done with them."""
+
+    def __init__(self, snes: Any, x: Any) -> None:
+        self._snes, self._x = snes, x
+        self._residual = snes.getFunction()[0]
+        self._step, self._trial, self._trial_residual = x.duplicate(), x.duplicate(), x.duplicate()
+        self.comm: MPI.Intracomm = snes.comm.tompi4py()
+        _, _, _, self.limit = snes.getTolerances()
+        self.tolerance = snes.atol
+        self.count, self.is_factorised_here = 0, False
+        snes.computeFunction(x, self._residual)
+        self._log(self._residual.norm())
+
+    @property
+    def position(self) -> Floats:
+        """The iterate's owned unknowns."""
+        return np.array(self._x.array_r)
+
+    @property
+    def residual(self) -> Floats:
+        """The residual's owned entries."""
+        return np.array(self._residual.array_r)
+
+    @property
+    def not_a_number(self) -> str:
+        """PETSc's name for a residual that is none: it has changed."""
+        reasons = type(self._snes).ConvergedReason
+        return next(name for name in ("DIVERGED_FNORM_NAN", "DIVERGED_FUNCTION_NANORINF") if hasattr(reasons, name))
+
+    def factorise(self) -> None:
+        """Assemble the tangent here; PETSc factorises it with the next solution."""
+        matrix, preconditioner = self._snes.getJacobian()[:2]
+        self._snes.computeJacobian(self._x, matrix, preconditioner)
+        self._snes.getKSP().setOperators(matrix, preconditioner)
+        self.is_factorised_here = True
+
+    def newton_step(self) -> Floats | None:
+        """−K̃⁻¹ R; None if the linear system could not be solved."""
+        solver = self._snes.getKSP()
+        solver.solve(self._residual, self._step)
+        return None if solver.getConvergedReason() < 0 else -self._step.array_r
+
+    def try_step(self, step: Floats, shortest: float) -> bool:
+        """Go along a step as far as the residual falls, by halves down to a shortest share; whether it fell."""
+        share = 1.0
+        while share >= shortest:
+            self._trial.array_w[:] = self._x.array_r + share * step
+            self._snes.computeFunction(self._trial, self._trial_residual)
+            norm = self._trial_residual.norm()
+            if norm < (1 - DESCENT * share) * self.norm:  # not so where it is not a number
+                self._trial.copy(self._x)
+                self._trial_residual.copy(self._residual)
+                self.count += 1
+                self.is_factorised_here = False
+                self._log(norm)
+                return True
+            share /= 2
+        return False
+
+    def is_slow(self, before: float) -> bool:
+        """Whether the rate of the last step, from a norm before, would need too many more."""
+        if self.norm <= self.tolerance:
+            return False
+        return math.log(self.norm / self.tolerance) > PATIENCE * math.log(before / self.norm)
+
+    def _log(self, norm: float) -> None:
+        self.norm = norm
+        self._snes.setIterationNumber(self.count)
+        self._snes.logConvergenceHistory(norm, 0)
+
+
+class _Mixing:
+    """Anderson mixing: the best combination of the last steps, least squares of what their residuals tell.
+
+    Walker & Ni, Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49 (2011) 1715–1735.
+    """
+
+    def __init__(self) -> None:
+        self._moves: deque[Floats] = deque(maxlen=DEPTH)  # changes of the iterate, with those of the step from it
+        self._changes: deque[Floats] = deque(maxlen=DEPTH)  # changes of the residual
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop all former steps."""
+        self._moves.clear()
+        self._changes.clear()
+        self._last: tuple[Floats, Floats] | None = None
+
+    def improve(self, position: Floats, step: Floats, residual: Floats, comm: MPI.Intracomm) -> Floats:
+        """The mixed step for the owned unknowns (collective)."""
+        if self._last is not None:
+            self._moves.append(position + step - self._last[0])
+            self._changes.append(residual - self._last[1])
+        self._last = position + step, residual
+        if not self._moves:
+            return step
+        # Residuals have one unit, steps have not: of displacements and densities.
+        changes = np.array(self._changes)
+        products = comm.allreduce(changes @ np.column_stack([changes.T, residual]))
+        size = np.sqrt(np.diag(products))
+        size[size == 0] = 1.0
+        matrix = products[:, :-1] / np.outer(size, size)
+        share = np.linalg.lstsq(matrix, products[:, -1] / size, rcond=1e-12)[0] / size
+        return np.asarray(step - share @ np.array(self._moves))

@@ -1,0 +1,192 @@
+"""How a run goes through time: in fixed steps, as the paper, or in steps from the estimated error of density."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from growthx.errors import require_number
+from growthx.time_schemes import IMPLICIT_EULER, TR_BDF2, TimeScheme
+
+if TYPE_CHECKING:
+    from growthx.arrays import Floats
+    from growthx.scene import Program
+
+SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
+SAFETY = 0.9  # of the step whose estimated error would be the tolerance
+WIDEST, NARROWEST = 5.0, 0.2  # change from one step to the next
+FAILED = 0.25  # of a step that could not be solved
+ROUND_OFF = 1e-9  # of a step: less than that is no time
+
+
+class StepControl(ABC):
+    """Proposes steps and hears how they went; made anew for each run."""
+
+    needs_error: bool  # whether the steps depend on their estimated errors
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+
+    @abstractmethod
+    def targets(self) -> Floats:
+        """The times at which a step must end."""
+
+    @abstractmethod
+    def end(self, time: float, target: float) -> float:
+        """End of the step that begins at a time and goes no further than a target."""
+
+    @property
+    @abstractmethod
+    def hopeless(self) -> bool:
+        """Whether the steps have become so short that the run must end."""
+
+    @abstractmethod
+    def failed(self, time_step: float) -> None:
+        """A step could not be solved: the next one is shorter."""
+
+    @abstractmethod
+    def accepts(self, time_step: float, error: float) -> bool:
+        """Whether a solved step of that estimated error is good enough."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stepping(ABC):
+    """A way through time.
+
+    scheme: of time integration.
+    equilibrium: end the run when the rate of density has fallen to this share of the resorption c S* without any
+    stimulus, both as root mean squares over the volume; None goes on to the end of the program.
+    predicted: begin each solution where the last ones point; else, as the paper, at the last state.
+    """
+
+    scheme: TimeScheme = IMPLICIT_EULER
+    equilibrium: float | None = None
+    predicted: bool = True
+
+    def __post_init__(self) -> None:
+        if self.equilibrium is not None:
+            require_number(self.equilibrium, "the share of equilibrium", "a positive number", lambda share: share > 0)
+
+    @abstractmethod
+    def control(self, program: Program) -> StepControl:
+        """What chooses the steps of one run."""
+
+    @abstractmethod
+    def newton_tolerance(self, tolerance: float) -> float:
+        """What Newton's method must reach, where exact solutions of the steps would take the given tolerance."""
+
+
+@dataclass(frozen=True)
+class FixedSteps(Stepping):
+    """Steps of the program's Δt, cut where one cannot be solved; implicit Euler with them is the paper's scheme."""
+
+    def control(self, program: Program) -> StepControl:
+        """Nominal steps."""
+        return _Nominal(program)
+
+    def newton_tolerance(self, tolerance: float) -> float:
+        """The given one: users compare digits."""
+        return tolerance
+
+
+@dataclass(frozen=True)
+class AdaptiveSteps(Stepping):
+    """Steps as long as the error of density allows, which end with the ramp and at the program's requested times.
+
+    tolerance: of the estimated error of one step, relative, root mean square over the volume.
+    longest: step (time).
+    """
+
+    tolerance: float = 1e-3
+    longest: float = math.inf
+    scheme: TimeScheme = field(default=TR_BDF2, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(
+            self.tolerance, "the tolerance of density", "a number between 0 and 1", lambda tolerance: 0 < tolerance < 1
+        )
+        if not self.longest > 0:
+            require_number(self.longest, "the longest time step", "a positive number", lambda step: step > 0)
+
+    def control(self, program: Program) -> StepControl:
+        """Steps from error."""
+        return _FromError(program, self)
+
+    def newton_tolerance(self, tolerance: float) -> float:
+        """No tighter than the error of the steps is worth."""
+        return max(tolerance, SOLVED * self.tolerance)
+
+
+SOLVED = 1e-3  # tolerance of Newton's method over that of the density
+
+
+class _Nominal(StepControl):
+    """The program's step, halved where it fails, doubled again where it does not."""
+
+    needs_error = False
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self._cut = 1.0
+
+    def targets(self) -> Floats:
+        return self._program.times()
+
+    def end(self, time: float, target: float) -> float:
+        remaining = target - time
+        # The last piece ends on the requested time exactly and is never a sliver.
+        pieces = max(1, round(remaining / (self._cut * self._program.step)))
+        return target if pieces == 1 else time + remaining / pieces
+
+    @property
+    def hopeless(self) -> bool:
+        return self._cut < SMALLEST_CUT
+
+    def failed(self, time_step: float) -> None:
+        self._cut /= 2
+
+    def accepts(self, time_step: float, error: float) -> bool:
+        self._cut = min(1.0, 2 * self._cut)
+        return True
+
+
+class _FromError(StepControl):
+    """A step in proportion to the root of the tolerance over the last error."""
+
+    needs_error = True
+
+    def __init__(self, program: Program, stepping: AdaptiveSteps) -> None:
+        super().__init__(program)
+        self._tolerance, self._order = stepping.tolerance, stepping.scheme.estimate_order
+        self._longest = stepping.longest
+        self._step = min(program.step, self._longest)
+
+    def targets(self) -> Floats:
+        return self._program.landmarks()
+
+    def end(self, time: float, target: float) -> float:
+        remaining = target - time
+        pieces = math.ceil(remaining / self._step * (1 - ROUND_OFF))
+        if pieces <= 1:
+            return target
+        # Two like steps to the target rather than a long one and a sliver.
+        return time + (remaining / 2 if pieces == 2 else self._step)
+
+    @property
+    def hopeless(self) -> bool:
+        return self._step < SMALLEST_CUT * self._program.step
+
+    def failed(self, time_step: float) -> None:
+        self._step = FAILED * time_step
+
+    def accepts(self, time_step: float, error: float) -> bool:
+        accepted = error <= self._tolerance  # not so where it is not a number
+        change = SAFETY * (self._tolerance / error) ** (1 / self._order) if error > 0 else WIDEST
+        following = time_step * (min(max(change, NARROWEST), WIDEST) if math.isfinite(error) else NARROWEST)
+        if accepted:  # a step that a target cut short says nothing against the longer one that was meant
+            following = max(following, self._step if time_step < self._step else 0.0)
+        self._step = min(following, self._longest)
+        return accepted
