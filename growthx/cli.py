@@ -16,12 +16,14 @@ from growthx.parallel import guarded
 if TYPE_CHECKING:
     from growthx.run import Result
     from growthx.scene import Scene
+    from growthx.stepping import Stepping
 
 VARIANTS = (
     "discretisation, displacement before density; of quadrilaterals: Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri; "
     "of triangles: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
 )
 CELLS = "shape of the cells: quadrilateral or triangle"
+SCHEMES = "scheme of time integration: implicit-euler, tr-bdf2 or sdirk2"
 LOADS = (
     "how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or stimulus (a "
     "displacement for each, growth by the mean of the energies)"
@@ -67,6 +69,7 @@ def _main(arguments: Sequence[str]) -> int:
     from growthx.run import RunEndedEarly, solve
 
     variant = None if options.variant is None else variants.named(options.variant)
+    stepping = _stepping(options)
     meshing.load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
@@ -75,7 +78,9 @@ def _main(arguments: Sequence[str]) -> int:
     status = 0
     try:
         with report.progress(scene) as watch:
-            result = solve(scene, variant, out=options.out, watch=watch)
+            result = solve(
+                scene, variant, out=options.out, watch=watch, stepping=stepping, full_newton=options.full_newton
+            )
     except RunEndedEarly as ended:
         result, status = ended.result, ended.exit_status
         _keep_last_state(result, options.out)
@@ -133,10 +138,43 @@ def _parser() -> argparse.ArgumentParser:
         scene.set_defaults(command=command)
         scene.add_argument("--variant", metavar="NAME", help=VARIANTS)
         command.arguments(scene)
+        _add_stepping(scene)
         scene.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
         scene.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
         scene.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
     return parser
+
+
+def _add_stepping(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--adaptive",
+        type=float,
+        metavar="ERROR",
+        help="choose the time steps by this error of density in each, relative (steps of fixed length)",
+    )
+    parser.add_argument("--scheme", metavar="NAME", help=f"{SCHEMES} (implicit-euler; with --adaptive, tr-bdf2)")
+    parser.add_argument(
+        "--equilibrium",
+        type=float,
+        metavar="SHARE",
+        help="end the run when the rate of density has fallen to this share of unloaded resorption",
+    )
+    parser.add_argument(
+        "--full-newton",
+        action="store_true",
+        help="assemble and factorise the tangent at every iteration, as the paper (only where that pays)",
+    )
+
+
+def _stepping(options: argparse.Namespace) -> Stepping:
+    """The way through time that the options ask for."""
+    from growthx import time_schemes
+    from growthx.stepping import AdaptiveSteps, FixedSteps
+
+    scheme = None if options.scheme is None else time_schemes.named(options.scheme)
+    if options.adaptive is None:
+        return FixedSteps(scheme=scheme or time_schemes.IMPLICIT_EULER, equilibrium=options.equilibrium)
+    return AdaptiveSteps(options.adaptive, scheme=scheme or time_schemes.TR_BDF2, equilibrium=options.equilibrium)
 
 
 def _add_exponents(parser: argparse.ArgumentParser) -> None:

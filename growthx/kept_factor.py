@@ -8,7 +8,6 @@ method: the residual is exact, and the same tolerance ends the iteration.
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -145,29 +144,35 @@ class _Mixing:
     """
 
     def __init__(self) -> None:
-        self._moves: deque[Floats] = deque(maxlen=DEPTH)  # changes of the iterate, with those of the step from it
-        self._changes: deque[Floats] = deque(maxlen=DEPTH)  # changes of the residual
+        self._moves: Floats = np.empty((DEPTH, 0))  # changes of the iterate, with those of the step from it
+        self._changes: Floats = np.empty((DEPTH, 0))  # changes of the residual: they have one unit, steps have not
+        self._products: Floats = np.empty((DEPTH, DEPTH))  # of the changes
         self.forget()
 
     def forget(self) -> None:
         """Drop all former steps."""
-        self._moves.clear()
-        self._changes.clear()
+        self._count = 0
         self._last: tuple[Floats, Floats] | None = None
 
     def improve(self, position: Floats, step: Floats, residual: Floats, comm: MPI.Intracomm) -> Floats:
         """The mixed step for the owned unknowns (collective)."""
-        if self._last is not None:
-            self._moves.append(position + step - self._last[0])
-            self._changes.append(residual - self._last[1])
-        self._last = position + step, residual
-        if not self._moves:
+        target, former, self._last = position + step, self._last, (position + step, residual)
+        if former is None:
             return step
-        # Residuals have one unit, steps have not: of displacements and densities.
-        changes = np.array(self._changes)
-        products = comm.allreduce(changes @ np.column_stack([changes.T, residual]))
+        if self._moves.shape[1] != len(step):
+            self._moves, self._changes = np.empty((DEPTH, len(step))), np.empty((DEPTH, len(step)))
+        newest = self._count % DEPTH
+        self._moves[newest], self._changes[newest] = target - former[0], residual - former[1]
+        self._count += 1
+        known = slice(min(self._count, DEPTH))
+        found = np.array([self._changes[known] @ self._changes[newest], self._changes[known] @ residual])
+        comm.Allreduce(MPI.IN_PLACE, found)
+        self._products[newest, known] = self._products[known, newest] = found[0]
+        return np.asarray(step - self._shares(known, found[1]) @ self._moves[known])
+
+    def _shares(self, known: slice, wanted: Floats) -> Floats:
+        """Least squares by the normal equations, each change by its size."""
+        products = self._products[known, known]
         size = np.sqrt(np.diag(products))
         size[size == 0] = 1.0
-        matrix = products[:, :-1] / np.outer(size, size)
-        share = np.linalg.lstsq(matrix, products[:, -1] / size, rcond=1e-12)[0] / size
-        return np.asarray(step - share @ np.array(self._moves))
+        return np.asarray(np.linalg.lstsq(products / np.outer(size, size), wanted / size, rcond=1e-12)[0] / size)

@@ -4,13 +4,14 @@ small: a factorisation, Cholesky where the tangent is symmetric, else LU;
 large: Krylov's methods with algebraic multigrid (GAMG), which knows of the rigid motions, for the displacement:
     conjugate gradients   densities eliminated, tangent symmetric
     GMRES                 densities eliminated, tangent not symmetric
-    GMRES                 nodal densities: a block Gauss–Seidel step, densities first,
+    flexible GMRES        nodal densities: a symmetric block Gauss–Seidel step, densities, displacement, densities,
 
         | K_ρρ       |⁻¹
         | K_uρ  K_uu |
 
-K_uu alone, without what the densities would add to it by their elimination, does as well there as the condensed tangent
-of the same mesh: the two differ by a factor that depends on the law of growth and on nothing else.
+in the plane with a factor of K_uu alone, which is symmetric and much smaller than one of the whole.  K_uu, without what
+the densities would add to it by their elimination, does as well there as the condensed tangent of the same mesh: the
+two differ by a factor that depends on the law of growth and on nothing else.
 """
 
 from __future__ import annotations
@@ -34,10 +35,11 @@ if TYPE_CHECKING:
 # displacements alone, or of all. A factor is kept over many solutions, which cost little with it; in the plane memory
 # ends its use.
 LARGEST_CONDENSED = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 20_000, (3, 2): 100_000}
-LARGEST_MONOLITHIC = {(2, 1): 300_000, (2, 2): 300_000, (3, 1): 10_000, (3, 2): 15_000}
+LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_000}
 
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
 TOLERANCE = 1e-2
+TOLERANCE_MONOLITHIC = 1e-1
 
 _SWEEPS = 3  # on the block of nodal densities, which is close to a mass matrix
 _RESTART = 60
@@ -109,24 +111,29 @@ class LinearSolver:
             ksp.setUp()
 
 
-def set_up(ksp: PETSc.KSP, problem: Discretisation, matrix: PETSc.Mat) -> LinearSolver:
+def set_up(ksp: PETSc.KSP, problem: Discretisation, matrix: PETSc.Mat, *, direct: bool = False) -> LinearSolver:
     """Choose the solver of a problem's tangent; PETSc options are to be applied to the KSP afterwards (collective).
 
     ksp: with its prefix.  matrix: made from `problem.coupling`, not necessarily assembled yet.
+    direct: factorise at any size, as a full Newton's method does.
     """
     ksp.setOperators(matrix)
     if problem.symmetric:
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
     condensed = problem.variant.density.local
+    if direct:
+        _factorise(ksp, problem.symmetric)
+        return LinearSolver(ksp)
     limit = (LARGEST_CONDENSED if condensed else LARGEST_MONOLITHIC)[_kind(problem)]
     # Bounds of unknowns take rows out of the matrix, and with them what multigrid knows of it.
     bounded = problem.limits() is not None
     if problem.dofs <= limit or bounded:
         _factorise(ksp, problem.symmetric)
         return LinearSolver(ksp, of_parts=bounded)
-    _iterate(ksp, problem.symmetric)
-    course = _Course(np.unique(np.concatenate([owned(condition) for condition in problem.conditions])))
+    _iterate(ksp, problem)
+    none = np.empty(0, dtype=np.int32)
+    course = _Course(np.unique(np.concatenate([none, *(owned(condition) for condition in problem.conditions)])))
     ksp.setPostSolve(course)
     if condensed and len(problem.cases) == 1:
         matrix.setNearNullSpace(_rigid_motions(problem, slice(None)))
@@ -143,20 +150,25 @@ def _kind(problem: Discretisation) -> tuple[int, int]:
 
 def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
     ksp.setType(PETSc.KSP.Type.PREONLY)
-    pc = ksp.getPC()
+    _choose_factor(ksp.getPC(), symmetric)
+
+
+def _choose_factor(pc: PETSc.PC, symmetric: bool) -> None:
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
-    serial = ksp.comm.size == 1
+    serial = pc.comm.size == 1
     pc.setFactorSolverType(PETSc.Mat.SolverType.CHOLMOD if symmetric and serial else PETSc.Mat.SolverType.MUMPS)
 
 
-def _iterate(ksp: PETSc.KSP, symmetric: bool) -> None:
+def _iterate(ksp: PETSc.KSP, problem: Discretisation) -> None:
     """Krylov's method, which ends by the residual itself, as Newton's does."""
-    ksp.setTolerances(rtol=TOLERANCE, max_it=500)
-    if symmetric:
+    condensed = problem.variant.density.local
+    ksp.setTolerances(rtol=TOLERANCE if condensed else TOLERANCE_MONOLITHIC, max_it=500)
+    if problem.symmetric:
         ksp.setType(PETSc.KSP.Type.CG)
         ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
     else:
-        ksp.setType(PETSc.KSP.Type.GMRES)
+        # The flexible method keeps what the preconditioner has made: where one iteration does, nothing is done twice.
+        ksp.setType(PETSc.KSP.Type.GMRES if condensed else PETSc.KSP.Type.FGMRES)
         ksp.setGMRESRestart(_RESTART)
         ksp.setPCSide(PETSc.PC.Side.RIGHT)
 
@@ -174,8 +186,8 @@ def _split(ksp: PETSc.KSP, problem: Discretisation, matrix: PETSc.Mat) -> None:
     """Solve for the densities, if they are unknowns, and for the displacement of each load case in turn."""
     pc, first = ksp.getPC(), matrix.getOwnershipRange()[0]
     pc.setType(PETSc.PC.Type.FIELDSPLIT)
-    sweeps = PETSc.PC.CompositeType
-    pc.setFieldSplitType(sweeps.SYMMETRIC_MULTIPLICATIVE if problem.symmetric else sweeps.MULTIPLICATIVE)
+    # Also where the matrix is not symmetric: with densities last, the balance of mass is left with hardly any residual.
+    pc.setFieldSplitType(PETSc.PC.CompositeType.SYMMETRIC_MULTIPLICATIVE)
     displacements = [_owned(problem, part) for part in problem.parts]
     if not problem.variant.density.local:
         rest = np.setdiff1d(np.arange(len(problem.nodal_load), dtype=np.int32), np.concatenate(displacements))
@@ -205,8 +217,7 @@ def _approximate(ksp: PETSc.KSP, size: int, problem: Discretisation) -> None:
     if size > LARGEST_CONDENSED[_kind(problem)]:
         _use_multigrid(pc)
     else:
-        pc.setType(PETSc.PC.Type.LU if problem.scene.open_loads else PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        _choose_factor(pc, symmetric=not problem.scene.open_loads)
 
 
 def _owned(problem: Discretisation, part: Any) -> Indices:
@@ -268,6 +279,7 @@ _METHODS = {
     PETSc.KSP.Type.PREONLY: "",
     PETSc.KSP.Type.CG: "conjugate gradients with ",
     PETSc.KSP.Type.GMRES: "GMRES with ",
+    PETSc.KSP.Type.FGMRES: "flexible GMRES with ",
     PETSc.KSP.Type.CHEBYSHEV: "Chebyshev with ",
 }
 _NOT_DEFINITE = 81  # PETSC_ERR_MAT_CH_ZRPVT

@@ -25,7 +25,9 @@ class NewtonReport:
     """How the solution of a step ended.
 
     residual_norms: ‖out-of-balance forces‖₂ over their scale, one per iteration, the start included.
-    reason: a part of a sentence.  residuals, factorisations: how often each was computed.
+    reason: a part of a sentence.
+    residuals, factorisations: how often each was computed; of an iterative linear solver, its preconditioners.
+    linear_solver: what solved the linear systems, in words.
     """
 
     converged: bool
@@ -34,6 +36,7 @@ class NewtonReport:
     reason: str
     residuals: int = 0
     factorisations: int = 0
+    linear_solver: str = ""
 
 
 class Newton:
@@ -68,7 +71,7 @@ class Newton:
             snes.setPythonContext(KeptFactor())
         snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
         snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
-        self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix)
+        self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix, direct=full)
         if limits is not None and not PETSc.Options(PREFIX).hasName("snes_linesearch_type"):
             # The default one of this type stalls, and ends runs, where full steps converge at once.
             options = PETSc.Options(PREFIX)
@@ -101,8 +104,15 @@ class Newton:
         return self._report(code > 0, norms, _REASONS.get(code, f"SNES reason {code}"))
 
     def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
-        iterations = self._snes.getIterationNumber()
-        return NewtonReport(converged, iterations, norms, reason, self._residuals, self._factorisations)
+        return NewtonReport(
+            converged,
+            self._snes.getIterationNumber(),
+            norms,
+            reason,
+            self._residuals,
+            self._factorisations,
+            self.linear_solver.description,
+        )
 
     def destroy(self) -> None:
         """Free the solver's memory (collective)."""

@@ -62,7 +62,8 @@ def steps(result: Result, rows: int = 10) -> None:
     chosen = result.steps[::-1][::stride][::-1]
     table(
         f"{result.scene.name} with {result.variant.name}: {result.scene.mesh.cell_count} cells, "
-        f"{result.problem.dofs} unknowns, {len(result.steps)} steps, {result.newton_iterations} Newton iterations",
+        f"{result.problem.dofs} unknowns, {len(result.steps)} steps, {result.newton_iterations} Newton iterations with "
+        f"{result.factorisations} tangents",
         ("time", "load", "Newton", "residual", "rejected", "density from", "to", "mass", "mass defect"),
         (
             (
@@ -100,8 +101,12 @@ def numbers(
 
 
 def times(result: Result) -> None:
-    """Print where the time went."""
-    say(result, f"set-up {result.setup_s:.2f} s, compiling {result.compile_s:.2f} s, solving {result.solve_s:.2f} s")
+    """Print where the time went, and what solved the linear systems."""
+    say(
+        result,
+        f"set-up {result.setup_s:.2f} s, compiling {result.compile_s:.2f} s, solving {result.solve_s:.2f} s "
+        f"(linear systems: {result.linear_solver or 'none solved'})",
+    )
 
 
 def say(result: Result, sentence: str) -> None:

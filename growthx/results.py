@@ -129,14 +129,15 @@ def write_history(folder: Path, result: Result) -> None:
         writer = csv.writer(file)
         supports = list(result.steps[0].reactions) if result.steps else []
         writer.writerow(
-            ["time", "time_step", "load", "rejected", "newton_iterations", "residual", "mass", "mass_defect"]
-            + ["min_density", "max_density"]
+            ["time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"]
+            + ["mass", "mass_defect", "min_density", "max_density"]
             + [f"reaction_{name}_{direction}" for name in supports for direction in directions]
         )
         for step in result.steps:
             writer.writerow(
-                [step.time, step.time_step, step.load, step.rejected, step.newton_iterations]
-                + [step.newton.residual_norms[-1], step.mass, step.mass_defect, step.min_density, step.max_density]
+                [step.time, step.time_step, step.error, step.load, step.rejected, step.newton_iterations]
+                + [step.newton.factorisations, step.newton.residual_norms[-1]]
+                + [step.mass, step.mass_defect, step.min_density, step.max_density]
                 + [float(force) for name in supports for force in step.reactions[name]]
             )
 
@@ -167,6 +168,8 @@ def summary(result: Result) -> Mapping[str, object]:
         "time": result.time,
         "steps": len(result.steps),
         "newton_iterations": result.newton_iterations,
+        "factorisations": result.factorisations,
+        "linear_solver": result.linear_solver,
         "converged": result.converged,
         **({} if result.converged else {"reason": result.reason}),
         "min_density": low,

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Result:
     """A run: its history of accepted steps and the discretised scene in the last of their states.
 
-    converged: whether the last requested time was reached; if not, `reason` says when, where and why it ended.
+    converged: whether the last requested time, or the equilibrium asked for, was reached; if not, `reason` says when,
+    where and why it ended.
     setup_s, compile_s, solve_s: seconds for spaces and symbolic set-up, for compiling the weak forms, for marching.
     """
 
@@ -54,6 +55,16 @@ class Result:
     def newton_iterations(self) -> int:
         """Newton iterations of all accepted steps."""
         return sum(step.newton_iterations for step in self.steps)
+
+    @property
+    def factorisations(self) -> int:
+        """Tangents assembled and factorised in all accepted steps."""
+        return sum(step.newton.factorisations for step in self.steps)
+
+    @property
+    def linear_solver(self) -> str:
+        """What solved the linear systems, in words; empty if no step was accepted."""
+        return self.steps[-1].newton.linear_solver if self.steps else ""
 
 
 class RunEndedEarly(EndedEarly):

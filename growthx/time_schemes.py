@@ -13,6 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
+from growthx.errors import InputError
+
 
 @dataclass(frozen=True)
 class TimeScheme:
@@ -59,3 +61,10 @@ TR_BDF2 = TimeScheme("TR-BDF2", 2, ((_D, _D), (_W, _W, _D)), ((1 - _W) / 3, (3 *
 SDIRK2 = TimeScheme("SDIRK2", 2, ((0.0, _D), (0.0, 1 - _D, _D)), (0.0, 0.0, 1.0), 2)
 
 SCHEMES = {"implicit-euler": IMPLICIT_EULER, "tr-bdf2": TR_BDF2, "sdirk2": SDIRK2}
+
+
+def named(name: str) -> TimeScheme:
+    """The scheme of that name on the command line; InputError if there is none."""
+    if name not in SCHEMES:
+        raise InputError(f"there is no scheme of time integration '{name}': one of {', '.join(SCHEMES)} would be right")
+    return SCHEMES[name]

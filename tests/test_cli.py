@@ -44,6 +44,8 @@ COMMON = {
     "time": float,
     "steps": int,
     "newton_iterations": int,
+    "factorisations": int,
+    "linear_solver": str,
     "converged": bool,
     "min_density": float,
     "max_density": float,
@@ -249,3 +251,35 @@ def test_help_teaches(tmp_path):
         assert "Exit status" in run.stdout
         options = re.findall(r"^  (--\w+)(?: \w+)?(.*)", run.stdout, re.MULTILINE)
         assert len(options) >= 4
+
+
+def test_steps_from_error_are_for_the_command_line_too(tmp_path):
+    """Fewer steps, the same bone; an end at equilibrium; a scheme by name."""
+    small = ("plate", "--n", "4", "--variant", "Q1")
+    fixed, adaptive, second, ended = (
+        answer(*small, *options, folder=tmp_path)
+        for options in ((), ("--adaptive", "1e-3"), ("--scheme", "tr-bdf2"), ("--equilibrium", "0.9"))
+    )
+    assert adaptive["steps"] < fixed["steps"] / 2
+    assert adaptive["mass"] == pytest.approx(second["mass"], rel=1e-3)
+    assert second["steps"] == fixed["steps"]
+    assert ended["time"] < fixed["time"] == 2.5
+    full = answer(*small, "--full-newton", folder=tmp_path)
+    assert full["factorisations"] == full["newton_iterations"] > 2 * fixed["factorisations"]
+    assert full["mass"] == pytest.approx(fixed["mass"], rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        (("--adaptive", "0"), "the tolerance of density is 0: a number between 0 and 1 would be right"),
+        (("--scheme", "euler"), "there is no scheme of time integration 'euler': one of implicit-euler, "),
+        (("--equilibrium", "-1"), "the share of equilibrium is -1: a positive number would be right"),
+    ],
+)
+def test_steps_that_cannot_be_meant_are_refused(options, what, tmp_path):
+    """Bad input like any other: one sentence and status 2."""
+    run = growthx("plate", "--n", "2", *options, folder=tmp_path)
+    assert run.returncode == 2
+    assert run.stderr.startswith(f"growthx: {what}")
+    assert run.stderr.count("\n") == 1

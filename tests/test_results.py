@@ -141,8 +141,8 @@ def test_history_is_the_steps(variant, shared_folder):
     with (folder / "history.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
-        *("time", "time_step", "load", "rejected", "newton_iterations", "residual", "mass", "mass_defect"),
-        *("min_density", "max_density", "reaction_left_x", "reaction_left_y"),
+        *("time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"),
+        *("mass", "mass_defect", "min_density", "max_density", "reaction_left_x", "reaction_left_y"),
     ]
     assert len(rows) == len(result.steps) == 4
     for row, step in zip(rows, result.steps, strict=True):
