@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scipy.optimize import brentq
-
 from growthx.errors import require
 
 if TYPE_CHECKING:
@@ -29,6 +27,8 @@ def uniaxial_equilibrium(material: Material, growth: GrowthLaw, traction: float)
     The density follows from [ρ/ρ*]^k D = S*, with the energy-driven law [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ = Ψ₀* (6), the transverse
     stretch from P̄₂₂ = 0, and the stretch from P̄₁₁ = traction (force per reference area, positive).
     """
+    from scipy.optimize import brentq  # costly to import, and asked for by few
+
     require(traction, "the traction", "a positive number", lambda t: t > 0)
     exponent = -1 / growth.power(material)
 

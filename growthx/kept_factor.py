@@ -16,7 +16,7 @@ from mpi4py import MPI
 if TYPE_CHECKING:
     from growthx.arrays import Floats
 
-PATIENCE = 8  # iterations to go, at the rate of the last one, beyond which a new factor is the cheaper way
+PATIENCE = 6  # iterations to go, at the rate of the last one, beyond which a new factor is the cheaper way
 DEPTH = 5  # steps that are mixed
 SHORTEST = 2.0**-12  # share of a Newton step
 CONVERGED = "CONVERGED_FNORM_ABS"
@@ -29,7 +29,9 @@ class KeptFactor:
     The factor outlives a call: the next time step begins with it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, untouched: float) -> None:
+        """untouched: norm of the residual above which a first iterate is never the solution."""
+        self._untouched = untouched
         self._mixing = _Mixing()
         self._factorised = False
 
@@ -45,12 +47,12 @@ class KeptFactor:
         while True:
             if not math.isfinite(at.norm):
                 return at.not_a_number
-            if at.norm <= at.tolerance:
+            if at.norm <= (at.tolerance if at.count > 0 else min(at.tolerance, self._untouched)):
                 return CONVERGED
             if at.count >= at.limit:
                 return "DIVERGED_MAX_IT"
             if not self._factorised:
-                self._mixing.forget()
+                self._mixing = _Mixing()  # the memory is needed now
                 at.factorise()
                 self._factorised = True
             fresh = at.is_factorised_here

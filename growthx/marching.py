@@ -89,7 +89,7 @@ def march(
             f"by {IMPLICIT_EULER.name}: that scheme would be right"
         )
     problem = discretise(scene, variant) if problem is None else problem
-    newton = Newton(problem, stepping.newton_tolerance(tolerance), full=full_newton)
+    newton = Newton(problem, stepping.newton_tolerance(tolerance), untouched=tolerance, full=full_newton)
     try:
         yield from _steps(scene, problem, newton, stepping)
     finally:

@@ -44,12 +44,20 @@ class Newton:
 
     tolerance: ‖R‖₂ ≤ tolerance · force scale ends the iteration; R are the out-of-balance forces and, in units of
     force, of mass.
+    untouched: a state that was foretold is taken as it is only if it holds to this, like `tolerance`; where that is
+    loose, many steps without any iteration could lead far astray.
     full: assemble and factorise the tangent at every iteration, as the paper does, and search along each step; else
     only where an older factor has become slow, see `kept_factor` (not for densities with bounds that are unknowns).
     """
 
     def __init__(
-        self, problem: Discretisation, tolerance: float = 1e-10, maximum_iterations: int = 25, *, full: bool = False
+        self,
+        problem: Discretisation,
+        tolerance: float = 1e-10,
+        maximum_iterations: int = 25,
+        *,
+        untouched: float = np.inf,
+        full: bool = False,
     ) -> None:
         self.problem = problem
         self._force_scale = problem.force_scale()
@@ -68,7 +76,8 @@ class Newton:
             snes.setType("newtonls")
         else:
             snes.setType("python")
-            snes.setPythonContext(KeptFactor())
+            snes.setPythonContext(KeptFactor(untouched * self._force_scale))
+        snes.setForceIteration(untouched < tolerance)
         snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
         snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
         self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix, direct=full)

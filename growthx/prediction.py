@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from growthx.arrays import Floats
 
-HIGHEST = 3  # degree
+HIGHEST = 5  # degree
 
 
 class Prediction:

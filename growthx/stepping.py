@@ -120,7 +120,7 @@ class AdaptiveSteps(Stepping):
         return max(tolerance, SOLVED * self.tolerance)
 
 
-SOLVED = 1e-3  # tolerance of Newton's method over that of the density
+SOLVED = 0.03  # tolerance of Newton's method over that of the density
 
 
 class _Nominal(StepControl):

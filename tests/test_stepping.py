@@ -33,7 +33,7 @@ def test_the_error_follows_the_tolerance(variant):
         assert errors[-1] < 3 * tolerance
     assert errors[1] < errors[0]
     assert counts[0] < counts[1] < 40
-    assert max(step.mass_defect for step in steps) < 1e-6
+    assert max(step.mass_defect for step in steps) < 1e-2 * tolerance
 
 
 @kinds
@@ -66,7 +66,7 @@ def test_steps_grow_towards_equilibrium(variant):
     """Near biological equilibrium nothing happens: a hundred times the time costs a few steps more."""
     short, _ = run(body(variant, until=40.0), variant, stepping=gx.AdaptiveSteps(1e-3))
     long, _ = run(body(variant, until=4000.0), variant, stepping=gx.AdaptiveSteps(1e-3))
-    assert len(long) < len(short) + 8
+    assert len(long) < len(short) + 12
     assert max(step.time_step for step in long) > 400.0
 
 
