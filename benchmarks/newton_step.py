@@ -56,7 +56,7 @@ class Clocked:
         for step in gx.march(scene, variant, self.problem):
             if step.load == 1.0:
                 break
-        self.newton = Newton(self.problem, maximum_iterations=1)
+        self.newton = Newton(self.problem, maximum_iterations=1, full=True)
         self.matrix = petsc.create_matrix(self.problem.coupling)
         self.problem.begin_step(scene.program.step, 1.0)
         self.step()  # the first one also analyses the matrix
@@ -134,9 +134,9 @@ def growth_table(costs: dict[int, dict[str, Cost]]) -> Table:
 NOTES = """\
 # What one Newton step costs
 
-Made by `python benchmarks/newton_step.py`: on one rank, with MUMPS (LDLᵀ where the tangent is symmetric, else LU),
-medians in one run. A step is one tangent, one factorisation and solution and two residuals; the local balances of mass
-are part of the residual.
+Made by `python benchmarks/newton_step.py`: on one rank, factorised by CHOLMOD where the tangent is symmetric, else by
+MUMPS (LU), medians in one run. A step is one tangent, one factorisation and solution and two residuals; the local
+balances of mass are part of the residual.
 
 """
 

@@ -59,8 +59,9 @@ class Integrator:
         self._found = []
         if self._start is None and (scheme.needs_start or (self._estimate and scheme.compares_start)):
             scheme = SDIRK2
-        slope, rate = (np.zeros_like(problem.accepted_density), 0.0) if self._start is None else self._start
-        slopes, rates, reports = [slope], [rate], []
+        first = self._start or (np.zeros_like(problem.accepted_density), 0.0)
+        slopes, rates = [first[0]], [first[1]]
+        reports: list[NewtonReport] = []
         for row, share in zip(scheme.weights, scheme.times, strict=True):
             at = end if share == 1.0 else time + share * length
             base = problem.accepted_density.copy()

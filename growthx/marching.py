@@ -83,10 +83,10 @@ def march(
     holds the last good state.  Raises InputError for a scheme that cannot integrate the scene.
     """
     stepping = FixedSteps() if stepping is None else stepping
-    if scene.inertia is not None and stepping.scheme is not IMPLICIT_EULER:
+    if scene.inertia is not None and not (isinstance(stepping, FixedSteps) and stepping.scheme is IMPLICIT_EULER):
         raise InputError(
-            f"the scheme is {stepping.scheme.name} and the scene '{scene.name}' has inertia, whose rate of momentum is "
-            f"by {IMPLICIT_EULER.name}: that scheme would be right"
+            f"the scene '{scene.name}' has inertia and is to be integrated by {stepping.scheme.name} in "
+            f"{type(stepping).__name__}: {IMPLICIT_EULER.name} in FixedSteps would be right"
         )
     problem = discretise(scene, variant) if problem is None else problem
     newton = Newton(problem, stepping.newton_tolerance(tolerance), untouched=tolerance, full=full_newton)

@@ -57,6 +57,18 @@ def test_the_scene_of_the_theory_page_runs():
     assert all(defect < 1e-10 for _, _, defect in rows)
 
 
+def test_the_runs_of_the_page_on_speed():
+    """The same bone by the paper's scheme, by a kept factor, and in steps from error, each with less work."""
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "speed.md").read_text(), re.DOTALL)
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    paper, fixed, adaptive = ([float(word) for word in row.split()] for row in run.stdout.splitlines())
+    assert paper[0] == fixed[0] == 40 > 3 * adaptive[0]
+    assert paper[2] == paper[1] > 3 * fixed[2] > 3 * adaptive[2]
+    assert fixed[3] == pytest.approx(paper[3], rel=1e-9)
+    assert adaptive[3] == pytest.approx(paper[3], rel=5e-3)
+
+
 def test_what_is_named_is_there():
     """Files and options the README speaks of exist."""
     for name in re.findall(
