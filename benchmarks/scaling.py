@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import itertools
 import json
 import math
 import os
@@ -107,9 +106,7 @@ SIZES = {
     ("block of tetrahedra", "P1P0"): (12, 25, 36, 50),
 }
 CASES = [
-    Case(scene, variant, size, ranks)
-    for (scene, variant), sizes in SIZES.items()
-    for size, ranks in itertools.product(sizes, (1, 2))
+    Case(scene, variant, size, ranks) for ranks in (1, 2) for (scene, variant), sizes in SIZES.items() for size in sizes
 ]
 
 
