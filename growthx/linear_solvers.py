@@ -155,8 +155,10 @@ def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
 
 def _choose_factor(pc: PETSc.PC, symmetric: bool) -> None:
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
-    serial = pc.comm.size == 1
-    pc.setFactorSolverType(PETSc.Mat.SolverType.CHOLMOD if symmetric and serial else PETSc.Mat.SolverType.MUMPS)
+    # CHOLMOD knows no more than one rank, and is not in every PETSc (in Debian's by its own name).
+    there = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
+    cholmod = symmetric and pc.comm.size == 1 and there
+    pc.setFactorSolverType(PETSc.Mat.SolverType.CHOLMOD if cholmod else PETSc.Mat.SolverType.MUMPS)
 
 
 def _iterate(ksp: PETSc.KSP, problem: Discretisation) -> None:
