@@ -9,7 +9,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx import balances, compat
+from growthx import balances
 from growthx.assembly import Compiler, assemble
 from growthx.errors import InputError
 from growthx.supports import PointSupport
@@ -47,10 +47,10 @@ def hold(
 ) -> list[Held]:
     """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
     held = []
+    alone = dolfinx.fem.functionspace(mesh.domain, space.ufl_element().sub_elements[0])
     for support in supports:
         for i, value in support.components(mesh.dim):
             part = space.sub(i)
-            alone, _ = compat.collapse(part)
             # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
             constant = dolfinx.fem.Function(alone)
             constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))

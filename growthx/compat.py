@@ -63,12 +63,6 @@ def geometry_nodes(domain: dolfinx.mesh.Mesh) -> Indices:
     return np.asarray(geometry.dofmaps[0] if VERSION >= (0, 11) else geometry.dofmap)  # type: ignore[attr-defined]
 
 
-def collapse(part: dolfinx.fem.FunctionSpace) -> tuple[dolfinx.fem.FunctionSpace, Indices]:
-    """A part of a mixed space as a space of its own, and where its degrees of freedom are in the mixed one."""
-    space, dofs = part.collapse()
-    return space, np.array(dofs, dtype=np.int32).ravel()  # 0.11 gives an array for each type of cell
-
-
 def places(space: dolfinx.fem.FunctionSpace, part: dolfinx.fem.FunctionSpace) -> Indices:
     """Where each degree of freedom of a space is in the mixed space that has a part of the same element."""
     block = space.dofmap.bs

@@ -87,10 +87,12 @@ class NodeBased(Discretisation):
     ) -> tuple[dolfinx.fem.FunctionSpace, dolfinx.fem.FunctionSpace]:
         count = len(self.scene.load_cases)
         mixed = basix.ufl.mixed_element([displacement] * count + [density])
-        self._mixed_space = W = dolfinx.fem.functionspace(self.scene.mesh.domain, mixed)
-        V, _ = compat.collapse(W.sub(0))
+        domain = self.scene.mesh.domain
+        self._mixed_space = W = dolfinx.fem.functionspace(domain, mixed)
+        # Spaces of their own rather than collapsed parts: collapsing takes the time of many steps where W is large.
+        V, D = dolfinx.fem.functionspace(domain, displacement), dolfinx.fem.functionspace(domain, density)
         self.parts = [compat.places(V, W.sub(case)) for case in range(count)]
-        D, self._density_part = compat.collapse(W.sub(count))
+        self._density_part = compat.places(D, W.sub(count))
         return V, D
 
     def _influx(self, us: list[Any], rho: Any, test: Any) -> list[ufl.Form]:

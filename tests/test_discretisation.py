@@ -330,3 +330,16 @@ def test_supports_that_share_nodes_bear_the_load_once(variant):
     total = sum(steps[-1].reactions.values())
     assert total == pytest.approx([-0.1, 0.02], abs=1e-9)
     assert len(gathered(problem.nodal_load)) == problem.dofs
+
+
+@pytest.mark.parametrize("variant", [gx.Q1Q1, gx.S2Q1, gx.P2P2], ids=lambda variant: variant.name)
+def test_the_parts_of_a_mixed_unknown_are_owned_as_their_own_spaces_are(variant):
+    """Bounds, prescribed densities and solvers take the owned part of one for that of the other."""
+    problem = gx.discretise(block(square(4, shape=variant.cells[0])), variant)
+    owned, count = len(problem.nodal_load), len(problem.volumes)
+    densities = problem._density_part
+    assert np.all(densities[:count] < owned) and np.all(densities[count:] >= owned)
+    (part,), dofmap = problem.parts, problem.displacement_space.dofmap
+    count = dofmap.index_map.size_local * dofmap.index_map_bs
+    assert np.all(part[:count] < owned) and np.all(part[count:] >= owned)
+    assert len(np.unique(np.concatenate([densities, part]))) == len(densities) + len(part)
