@@ -16,10 +16,9 @@ _stepping.csv in benchmarks/results.
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cache
 from pathlib import Path
 from statistics import median
@@ -28,7 +27,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import basix
 import numpy as np
 from mpi4py import MPI
-from reporting import RESULTS, Table, progress, write_csv
+from reporting import RESULTS, Table, progress, read_rows, write_rows
 
 import growthx as gx
 from growthx.sampling import locate, positions, volume_ratios
@@ -350,11 +349,11 @@ class Check:
 def references(plan: Plan, folder: Path) -> Reference:
     """The first reference of a scene; the check of it against the second is kept unless it is known."""
     first = Reference(plan, plan.first)
-    known = load(Check, folder / REFERENCES)
+    known = read_rows(folder / REFERENCES, Check)
     if not any((check.scene, check.first, check.second) == checked(plan) for check in known):
         apart = difference(first, Reference(plan, plan.second), plan.scene(plan.linear[-1]))
         check = Check(*checked(plan), *(float(f"{each:.3e}") for each in apart))
-        save([*(check for check in known if check.scene != plan.name), check], folder / REFERENCES)
+        write_rows(folder / REFERENCES, [*(check for check in known if check.scene != plan.name), check])
     return first
 
 
@@ -417,8 +416,9 @@ def row(plan: Plan, mesh: int, way: Way, result: gx.Result, errors: Errors, time
 
 def error_study(plans: Sequence[Plan], folder: Path, again: bool, repeats: int) -> None:
     """Run what is missing, a discretisation on a mesh at a time."""
-    known = [] if again else load(Row, folder / ROWS)
-    others = [each for each in load(Row, folder / ROWS) if again and each.scene not in {plan.name for plan in plans}]
+    measured = read_rows(folder / ROWS, Row)
+    known = [] if again else measured
+    others = [each for each in measured if again and each.scene not in {plan.name for plan in plans}]
     done = {each.key for each in known}
     jobs = {
         (plan, variant, mesh): ways
@@ -437,7 +437,7 @@ def error_study(plans: Sequence[Plan], folder: Path, again: bool, repeats: int) 
             begin(f"{plan.name}: {variant}, {mesh} {plan.unit}")
             found, tick = measure(plan, of_plan[plan.name], variant, mesh, ways, repeats)
             rows += found
-            save(rows, folder / ROWS)
+            write_rows(folder / ROWS, rows)
             print(f"{plan.name}, {variant}, mesh {mesh}: 1 is {tick:.3f} s", flush=True)
 
 
@@ -595,7 +595,7 @@ def at_equal_error(
 
 def stepping_study(cases: Sequence[Case], folder: Path, again: bool, repeats: int) -> None:
     """Run what is missing, a case with one discretisation at a time."""
-    results = [] if again else load(Comparison, folder / STEPPING)
+    results = [] if again else read_rows(folder / STEPPING, Comparison)
     done = {(each.case, each.variant, each.wanted) for each in results}
     jobs = {
         (case, variant): wanted
@@ -607,25 +607,7 @@ def stepping_study(cases: Sequence[Case], folder: Path, again: bool, repeats: in
         for (case, variant), wanted in jobs.items():
             begin(f"{case.name}: {variant}")
             results += compare(case, variant, wanted, repeats)
-            save(results, folder / STEPPING)
-
-
-# -- what is kept ------------------------------------------------------------------------------------------------------
-
-
-def load(kind: type[Name], path: Path) -> list[Name]:
-    """Rows of a CSV file; none if there is no file."""
-    if not path.exists():
-        return []
-    kinds = {field.name: {"int": int, "float": float, "str": str}[str(field.type)] for field in fields(kind)}
-    with path.open(newline="", encoding="utf-8") as file:
-        return [kind(**{name: read(entry[name]) for name, read in kinds.items()}) for entry in csv.DictReader(file)]
-
-
-def save(rows: Sequence[Any], path: Path) -> None:
-    """Rows, at least one, as a CSV file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_csv(path, [field.name for field in fields(rows[0])], map(astuple, rows))
+            write_rows(folder / STEPPING, results)
 
 
 # -- the Pareto front --------------------------------------------------------------------------------------------------
@@ -853,7 +835,7 @@ cheap on that mesh that keeping them saves nothing: only fewer residuals do.
 def write_page(plans: Sequence[Plan], cases: Sequence[Case], folder: Path) -> None:
     """The page and the picture, from what is known."""
     rows, checks, results = (
-        load(kind, folder / name) for kind, name in ((Row, ROWS), (Check, REFERENCES), (Comparison, STEPPING))
+        read_rows(folder / name, kind) for kind, name in ((Row, ROWS), (Check, REFERENCES), (Comparison, STEPPING))
     )
     clocks = ", ".join(f"Q1P0 on the {plan.name} of mesh {plan.clock}" for plan in plans)
     units = "; ".join(f"{plan.unit} ({plan.name})" for plan in plans)

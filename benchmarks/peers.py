@@ -17,7 +17,6 @@ alone; the seconds are on the terminal.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import subprocess
@@ -30,11 +29,12 @@ from statistics import median
 
 import numpy as np
 from mpi4py import MPI
-from reporting import RESULTS, Table, progress, write_csv
+from reporting import RESULTS, Table, progress, read_rows, write_rows
 
 import growthx as gx
 from growthx.scenes.plate import tip_displacement
 
+CSV = RESULTS / "peers.csv"
 OURS = "growthx"
 VARIANTS = {"Q1": "ip-Q1", "Q1P0": "Q1P0", "Q1Q1": "Q1Q1"}  # and what the peers' scripts call them
 DIGITS = 1e-9  # relative, to which all answers must agree
@@ -337,23 +337,12 @@ def fastest(rows: list[Row]) -> str:
     return f"The fastest of the others takes, in units of growthx' whole time: {', '.join(parts)}."
 
 
-def stored() -> list[Row]:
-    """What has been measured so far."""
-    path = RESULTS / "peers.csv"
-    if not path.exists():
-        return []
-    kinds = {field.name: {"int": int, "float": float, "str": str}[str(field.type)] for field in fields(Row)}
-    with path.open(newline="", encoding="utf-8") as file:
-        return [Row(**{name: kind(entry[name]) for name, kind in kinds.items()}) for entry in csv.DictReader(file)]
-
-
 def store(rows: Iterable[Row]) -> None:
     """Write all that has been measured, and the page."""
     order = list(VARIANTS)
     codes = [OURS, *PEERS]
     rows = sorted(rows, key=lambda row: (row.n, order.index(row.variant), codes.index(row.code)))
-    RESULTS.mkdir(exist_ok=True)
-    write_csv(RESULTS / "peers.csv", [field.name for field in fields(Row)], map(astuple, rows))
+    write_rows(CSV, rows)
     meshes = [[row for row in rows if row.n == n] for n in sorted({row.n for row in rows})]
     page = INTRODUCTION + "\n".join(f"{table(these).markdown()}{fastest(these)}\n" for these in meshes)
     (RESULTS / "peers.md").write_text(page, encoding="utf-8")
@@ -391,7 +380,7 @@ def main() -> None:
     if options.n < 1 or options.repeats < 1:
         raise gx.InputError("--n and --repeats are counts: whole numbers from 1 would be right")
     version = versions(options)
-    known = {(row.n, row.variant) for row in stored()}
+    known = {(row.n, row.variant) for row in read_rows(CSV, Row)}
     wanted = [variant for variant in options.variants if options.again or (options.n, variant) not in known]
     jobs = sum(len(codes_with(variant)) * (1 + options.repeats) for variant in wanted)
     seconds = []
@@ -399,11 +388,11 @@ def main() -> None:
         for variant in wanted:
             runs = measure(variant, options.n, options, begin)
             seconds.append(seconds_table(runs, variant, options.n))
-            kept = [row for row in stored() if (row.n, row.variant) != (options.n, variant)]
+            kept = [row for row in read_rows(CSV, Row) if (row.n, row.variant) != (options.n, variant)]
             store(kept + compare(runs, variant, options.n, version))
     for each in seconds:
         each.show()
-    table([row for row in stored() if row.n == options.n]).show()
+    table([row for row in read_rows(CSV, Row) if row.n == options.n]).show()
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
+from typing import Any, TypeVar
 
 from mpi4py import MPI
 from rich.console import Console
@@ -14,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from growthx import report
 
+Row = TypeVar("Row")
 RESULTS = Path(__file__).parent / "results"
 
 
@@ -51,6 +53,25 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)
+
+
+def write_rows(path: Path, rows: Sequence[Any]) -> None:
+    """Write dataclasses of numbers and texts, at least one, all of one kind: a column for each field."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_csv(path, [field.name for field in fields(rows[0])], map(astuple, rows))
+
+
+def read_rows(path: Path, kind: type[Row]) -> list[Row]:
+    """The rows of a CSV file that has a column for each field of a dataclass of numbers and texts; none without a file.
+
+    The dataclass is of a module whose annotations are text (`from __future__ import annotations`).
+    """
+    if not path.exists():
+        return []
+    types = {"int": int, "float": float, "str": str}
+    read = {field.name: types[field.type] for field in fields(kind)}
+    with path.open(newline="", encoding="utf-8") as file:
+        return [kind(**{name: value(row[name]) for name, value in read.items()}) for row in csv.DictReader(file)]
 
 
 @contextmanager

@@ -10,7 +10,6 @@ and .png in benchmarks/results; what is in the CSV already is not run again.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import math
 import os
@@ -27,7 +26,7 @@ import numpy as np
 from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
-from reporting import RESULTS, Table, progress, write_csv
+from reporting import RESULTS, Table, progress, read_rows, write_csv
 
 import growthx as gx
 from growthx import linear_solvers
@@ -193,16 +192,7 @@ def start(case: Case, environment: dict[str, str]) -> Cost:
 
 def known() -> dict[Case, Cost]:
     """What is in the CSV."""
-    if not CSV.exists():
-        return {}
-    with CSV.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {_read(Case, row): _read(Cost, row) for row in rows}
-
-
-def _read(kind: Any, row: dict[str, str]) -> Any:
-    types = {"str": str, "int": int, "float": float}
-    return kind(**{field.name: types[field.type](row[field.name]) for field in fields(kind)})
+    return dict(zip(read_rows(CSV, Case), read_rows(CSV, Cost), strict=True))
 
 
 def write(costs: dict[Case, Cost]) -> None:

@@ -7,7 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from growthx.errors import InputError
@@ -171,10 +171,10 @@ def _stepping(options: argparse.Namespace) -> Stepping:
     from growthx import time_schemes
     from growthx.stepping import AdaptiveSteps, FixedSteps
 
-    scheme = None if options.scheme is None else time_schemes.named(options.scheme)
-    if options.adaptive is None:
-        return FixedSteps(scheme=scheme or time_schemes.IMPLICIT_EULER, equilibrium=options.equilibrium)
-    return AdaptiveSteps(options.adaptive, scheme=scheme or time_schemes.TR_BDF2, equilibrium=options.equilibrium)
+    stepping: Stepping = FixedSteps(equilibrium=options.equilibrium)
+    if options.adaptive is not None:
+        stepping = AdaptiveSteps(options.adaptive, equilibrium=options.equilibrium)
+    return stepping if options.scheme is None else replace(stepping, scheme=time_schemes.named(options.scheme))
 
 
 def _add_exponents(parser: argparse.ArgumentParser) -> None:

@@ -255,7 +255,7 @@ class Discretisation(ABC):
         if total := self.comm.allreduce(float(load @ load)):
             return float(np.sqrt(total))
         mesh, young = self.scene.mesh, self.material.young
-        size = self.comm.allreduce(float(np.sum(self.volumes))) ** (1 / mesh.dim)
+        size = self.growing_size() ** (1 / mesh.dim)
         moved = max((abs(held.value) for held in self.held), default=0.0)
         stiffness = (
             float(young.x.array.max(initial=0.0)) if isinstance(young, dolfinx.fem.Function) else float(young.value)
@@ -418,7 +418,11 @@ class Discretisation(ABC):
 
     def mean_density(self) -> float:
         """Mean of ρ over what grows."""
-        return self.mass() / self.comm.allreduce(float(self.volumes.sum()))
+        return self.mass() / self.growing_size()
+
+    def growing_size(self) -> float:
+        """Volume of what grows (in two dimensions, area)."""
+        return self.comm.allreduce(float(self.volumes.sum()))
 
     def root_mean_square(self, values: Floats) -> float:
         """Root mean square over the volume that grows of values for each density, as `density.x.array`."""
@@ -430,10 +434,9 @@ class Discretisation(ABC):
 
     def resorption(self) -> float:
         """Root mean square over the volume that grows of the resorption c S* without a stimulus, density per time."""
-        square = (self.growth.rate * self.growth.attractor) ** 2
-        forms = [self.compile.form(each * self.growing_volume) for each in (square, ufl.as_ufl(1.0))]
-        total, volume = (self.comm.allreduce(float(dolfinx.fem.assemble_scalar(form).real)) for form in forms)
-        return float(np.sqrt(total / volume))
+        square = self.compile.form((self.growth.rate * self.growth.attractor) ** 2 * self.growing_volume)
+        total = self.comm.allreduce(float(dolfinx.fem.assemble_scalar(square).real))
+        return float(np.sqrt(total / self.growing_size()))
 
     def density_range(self) -> tuple[float, float]:
         """Lowest and highest of the density's own degrees of freedom."""

@@ -98,10 +98,9 @@ class _Iteration:
         return next(name for name in ("DIVERGED_FNORM_NAN", "DIVERGED_FUNCTION_NANORINF") if hasattr(reasons, name))
 
     def factorise(self) -> None:
-        """Assemble the tangent here; PETSc factorises it with the next solution."""
+        """Assemble the tangent here and factorise it, as the function that SNES calls for it does."""
         matrix, preconditioner = self._snes.getJacobian()[:2]
         self._snes.computeJacobian(self._x, matrix, preconditioner)
-        self._snes.getKSP().setOperators(matrix, preconditioner)
         self.is_factorised_here = True
 
     def newton_step(self) -> Floats | None:

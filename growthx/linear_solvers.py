@@ -122,13 +122,10 @@ def set_up(ksp: PETSc.KSP, problem: Discretisation, matrix: PETSc.Mat, *, direct
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
     condensed = problem.variant.density.local
-    if direct:
-        _factorise(ksp, problem.symmetric)
-        return LinearSolver(ksp)
     limit = (LARGEST_CONDENSED if condensed else LARGEST_MONOLITHIC)[_kind(problem)]
     # Bounds of unknowns take rows out of the matrix, and with them what multigrid knows of it.
     bounded = problem.limits() is not None
-    if problem.dofs <= limit or bounded:
+    if direct or bounded or problem.dofs <= limit:
         _factorise(ksp, problem.symmetric)
         return LinearSolver(ksp, of_parts=bounded)
     _iterate(ksp, problem)

@@ -49,10 +49,9 @@ class Prediction:
         """The unknown foretold for a time after the last one; None if that is what it was there."""
         if len(self._known) < 2:
             return None
-        if not self._errors[1:] and len(self._known) == 2:
+        if len(self._known) == 2:  # no line has been tried yet
             return self._polynomial(time, 1)
-        degrees = range(min(len(self._errors), len(self._known)))
-        best = min(degrees, key=lambda degree: self._errors[degree] * self._distances(time, degree))
+        best = min(range(len(self._errors)), key=lambda degree: self._errors[degree] * self._distances(time, degree))
         return self._polynomial(time, best) if best > 0 else None
 
     def _nodes(self, degree: int) -> list[tuple[float, Floats]]:

@@ -16,8 +16,6 @@ from growthx.open_loads import OpenLoad
 from growthx.supports import PointSupport, Support
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from growthx.growth import GrowthLaw
     from growthx.material import Material
     from growthx.mesh import Mesh
@@ -51,19 +49,18 @@ class Program:
     def times(self) -> Floats:
         """The times that must be hit: multiples of the step and requested ones, then the end time exactly."""
         count = math.ceil(self.until / self.step * (1 - 1e-12))
-        return self._together(self.step * np.arange(1, count), self.requested)
+        return self._with_requested(self.step * np.arange(1, count))
 
     def landmarks(self) -> Floats:
         """The times that must be hit whatever the step: the end of the ramp, requested ones, the end time exactly."""
-        return self._together([self.ramp] if 0 < self.ramp < self.until else [], self.requested)
+        return self._with_requested(np.array([self.ramp] if 0 < self.ramp < self.until else []))
 
     def _is_within(self, time: float) -> bool:
         return 0 < time <= self.until
 
-    def _together(self, some: Sequence[float] | Floats, others: tuple[float, ...]) -> Floats:
-        """Times in order with the end time last, each once: rounding errors do not make two of one."""
-        exact = np.array([*others, self.until])
-        some = np.asarray(some, dtype=float)
+    def _with_requested(self, some: Floats) -> Floats:
+        """Some times, the requested ones and the end, in order, each once: rounding errors do not make two of one."""
+        exact = np.array([*self.requested, self.until])
         apart = np.abs(np.subtract.outer(some, exact)).min(axis=1) > 1e-9 * self.step
         return np.unique(np.concatenate([some[apart], exact]))
 

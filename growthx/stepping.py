@@ -18,6 +18,7 @@ SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
 SAFETY = 0.9  # of the step whose estimated error would be the tolerance
 WIDEST, NARROWEST = 5.0, 0.2  # change from one step to the next
 FAILED = 0.25  # of a step that could not be solved
+SOLVED = 0.03  # tolerance of Newton's method over that of the density
 ROUND_OFF = 1e-9  # of a step: less than that is no time
 
 
@@ -118,9 +119,6 @@ class AdaptiveSteps(Stepping):
     def newton_tolerance(self, tolerance: float) -> float:
         """No tighter than the error of the steps is worth."""
         return max(tolerance, SOLVED * self.tolerance)
-
-
-SOLVED = 0.03  # tolerance of Newton's method over that of the density
 
 
 class _Nominal(StepControl):

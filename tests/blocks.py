@@ -28,6 +28,9 @@ SIDES = {  # name: direction, position
     "back": (2, 1.0),
 }
 
+# A body on them is free to become thinner: pulled, it is in a homogeneous uniaxial state.
+ROLLERS = (gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0)))
+
 
 def square(cells=3, distortion=0.0, length=1.0, shape="quadrilateral"):
     """[0, 1]² times `length` in cells × cells quadrilaterals, or twice as many right-angled triangles.

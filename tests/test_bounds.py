@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from blocks import (
     COMM,
+    ROLLERS,
     assert_tangent_matches_differences,
     block,
     densities,
@@ -80,7 +81,7 @@ def loaded_and_unloaded(variant, growth):
         square(2, shape=variant.cells[0]),
         material=gx.Material(3.0, 0.3, 1.2),
         growth=growth,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (0.9, 0.0), history=lambda time: 1.0 if time < 0.55 else 0.0),),
         program=gx.Program(step=0.1, until=1.0),
     )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blocks import block, densities, displacements, square
+from blocks import ROLLERS, block, densities, displacements, square
 
 import growthx as gx
 from growthx.errors import InputError
@@ -27,7 +27,7 @@ def test_a_homogeneous_block_is_in_uniaxial_equilibrium(variant, distortion):
         square(2, distortion, shape=variant.cells[0]),
         material=material,
         growth=growth,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (0.9, 0.0)),),
     )
     problem, exact = gx.homeostasis(scene, variant, tolerance=1e-12), uniaxial_equilibrium(material, growth, 0.9)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import ufl
 from blocks import (
+    ROLLERS,
     assert_tangent_matches_differences,
     block,
     densities,
@@ -360,7 +361,7 @@ def test_a_homogeneous_block_is_the_scalar_equation(law, variant):
         square(2, 0.08),
         material=gx.Material(BLOCK_E, BLOCK_NU, BLOCK_REFERENCE),
         growth=law,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (TRACTION, 0.0)),),
         program=gx.Program(step=STEP, until=UNTIL, ramp=RAMP),
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from blocks import COMM, block, densities, displacements, run, square
+from blocks import COMM, ROLLERS, block, densities, displacements, run, square
 from scipy.optimize import root
 
 import growthx as gx
@@ -46,7 +46,7 @@ def test_every_variant_is_the_scalar_equation(variant, distortion, n, m):
         square(2, distortion, shape=variant.cells[0]),
         material=gx.Material(E, NU, REFERENCE, n),
         growth=gx.EnergyDrivenGrowth(ATTRACTOR, RATE, m),
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (TRACTION, 0.0)),),
         program=gx.Program(step=STEP, until=UNTIL, ramp=RAMP),
     )
@@ -71,7 +71,7 @@ def test_a_block_in_equilibrium_stays_there():
     scene = block(
         material=material,
         growth=growth,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (TRACTION, 0.0)),),
         program=gx.Program(step=1.0, until=3.0),
         initial_density=rho,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from blocks import (
     COMM,
+    ROLLERS,
     assert_tangent_matches_differences,
     block,
     densities,
@@ -167,7 +168,7 @@ def test_the_density_is_driven_by_the_weighted_mean_of_the_energies(variant):
         square(2, 0.08, shape=variant.cells[0]),
         material=material,
         growth=growth,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(),
         cases=cases,
         program=gx.Program(step=STEP, until=5 * STEP),

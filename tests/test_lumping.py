@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from blocks import (
     COMM,
+    ROLLERS,
     assert_tangent_matches_differences,
     block,
     densities,
@@ -98,7 +99,7 @@ def test_a_homogeneous_block_does_not_feel_it(variant, source, distortion):
         square(2, distortion, shape=variant.cells[0]),
         material=material,
         growth=growth,
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (0.9, 0.0)),),
         program=gx.Program(step=0.25, until=1.5, ramp=0.5),
     )

@@ -10,7 +10,7 @@ import dolfinx
 import numpy as np
 import pytest
 import ufl
-from blocks import COMM, block, densities, displacements, gathered, square
+from blocks import COMM, ROLLERS, block, densities, displacements, gathered, square
 
 import growthx as gx
 from growthx import results
@@ -26,7 +26,7 @@ def homogeneous(shape, **changes):
     """A block in uniaxial tension with free sides, so that its fields are known."""
     return block(
         square(3, 0.05, shape=shape),
-        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0))),
+        supports=ROLLERS,
         loads=(gx.Traction("right", (0.3, 0.0)),),
         **changes,
     )
