@@ -53,13 +53,21 @@ def average_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> dolfinx.f
 
     space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell).
     """
-    dofmap, owned = space.dofmap, space.dofmap.index_map.size_local
-    total, count = dolfinx.la.vector(dofmap.index_map, 1), dolfinx.la.vector(dofmap.index_map, 1)
-    for vector, parts in ((total, values), (count, 1.0)):
-        vector.array[:] = 0.0
-        np.add.at(vector.array, dofmap.list[: len(values)], parts)
-        vector.scatter_reverse(dolfinx.la.InsertMode.add)
+    total, count = sum_cells(space, np.stack([values, np.ones_like(values)], axis=2)).T
     mean = dolfinx.fem.Function(space)
-    mean.x.array[:owned] = total.array[:owned] / count.array[:owned]
-    mean.x.scatter_forward()
+    mean.x.array[:] = total / count
     return mean
+
+
+def sum_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> Floats:
+    """Sums of what the cells around each degree of freedom say, shape (local dofs, entries), the same on all ranks.
+
+    space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell, entries).
+    """
+    dofmap, entries = space.dofmap, values.shape[2]
+    total = dolfinx.la.vector(dofmap.index_map, entries)
+    total.array[:] = 0.0
+    np.add.at(total.array.reshape(-1, entries), dofmap.list[: len(values)], values)
+    total.scatter_reverse(dolfinx.la.InsertMode.add)
+    total.scatter_forward()
+    return np.array(total.array.reshape(-1, entries))

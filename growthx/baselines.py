@@ -18,7 +18,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-import basix.ufl
+import basix
+import dolfinx
 import numpy as np
 import ufl
 from mpi4py import MPI
@@ -26,13 +27,15 @@ from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
 from growthx import balances
-from growthx.assembly import assemble
+from growthx.assembly import assemble, sum_cells
+from growthx.compat import interpolation_points
 from growthx.errors import EndedEarly, InputError, require_number
 from growthx.fields import is_uniform, law_as_ufl
 from growthx.marching import Step, discretise, take_back
 from growthx.newton import Newton, NewtonReport
+from growthx.sampling import positions
 from growthx.smoothing import corner_functions, smoothed_density
-from growthx.variants import right_ones
+from growthx.variants import equal_sided, right_ones
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
 
 FLOOR = 0.01  # g/cm³, the literature's density of what is resorbed
 FAR = 5.0  # radii beyond which a neighbour does not count: its weight is below 1 %
+FLAT = 1e-9  # width over length, squared, below which cells or nodes lie on a line
 
 
 class Averaging(Protocol):
@@ -210,21 +214,98 @@ def _set_density(problem: Discretisation, density: Floats) -> None:
 
 
 def checkerboard_index(problem: Discretisation) -> float:
-    """Mean absolute jump of density from one neighbour to the next over the mean density; no unit, global.
+    """Mean jump of density from one neighbour to the next, over the mean of the two; no unit, global.
 
-    Neighbours are cells that share a facet, with their mean densities, or nodes that share an edge of a cell.
+    Neighbours are cells that share a facet, with their mean densities, or nodes next to one another in a cell.
+    Slopes of a smooth density count as well, in proportion to the size of cells: not in `high_frequency_index`.
     """
+    density, pairs = _compared(problem)
+    return _mean_jump(problem, density, density, pairs)
+
+
+def high_frequency_index(problem: Discretisation) -> float:
+    """The part of the checkerboard index that a density which is linear around each neighbour does not explain.
+
+    From each density is taken the linear function nearest to those around it: to cells by the number of corners they
+    share, to nodes by the number of cells.  A checkerboard keeps all of its index inside the body, a linear density has
+    none.
+    """
+    density, pairs = _compared(problem)
+    return _mean_jump(problem, _without_slopes(problem, density), density, pairs)
+
+
+def _compared(problem: Discretisation) -> tuple[dolfinx.fem.Function, Indices]:
+    """Densities of cells or nodes, and the pairs of neighbours among them, shape (pairs, 2)."""
     problem.density.x.scatter_forward()
-    density = problem.density.x.array
-    of_cells = density[problem.density_space.dofmap.list]
     if problem.variant.density.local:
-        one, other = of_cells.mean(axis=1)[_beside_facets(problem)].T
-    else:
-        mesh = problem.scene.mesh
-        edges = np.array(basix.topology(basix.CellType[mesh.cell_name])[1])
-        one, other = np.moveaxis(of_cells[: len(mesh.owned_cells)][:, edges], 2, 0)
-    total, count = problem.comm.allreduce(np.array([np.abs(one - other).sum(), one.size]))
-    return float(total / count / problem.mean_density())
+        cells = dolfinx.fem.Function(dolfinx.fem.functionspace(problem.scene.mesh.domain, ("DG", 0)))
+        places = cells.function_space.dofmap.list[:, 0]
+        cells.x.array[places] = problem.density.x.array[problem.density_space.dofmap.list].mean(axis=1)
+        return cells, places[_beside_facets(problem)]
+    owned = problem.density_space.dofmap.list[: len(problem.scene.mesh.owned_cells)]
+    return problem.density, owned[:, _beside_nodes(problem)].reshape(-1, 2)
+
+
+def _mean_jump(
+    problem: Discretisation, values: dolfinx.fem.Function, density: dolfinx.fem.Function, pairs: Indices
+) -> float:
+    """Mean over all ranks' pairs of the jump of values over the mean density of the two."""
+    jumps = np.abs(np.diff(values.x.array[pairs], axis=1)[:, 0]) / density.x.array[pairs].mean(axis=1)
+    total, count = problem.comm.allreduce(np.array([jumps.sum(), jumps.size]))
+    return float(total / count)
+
+
+def _without_slopes(problem: Discretisation, density: dolfinx.fem.Function) -> dolfinx.fem.Function:
+    """Densities of cells or nodes less the linear functions nearest to those around them."""
+    mesh, space = problem.scene.mesh, density.function_space
+    of_cells = space.dofmap.list[: len(mesh.owned_cells)]
+    x = positions(mesh, interpolation_points(space.element))[:, :, : mesh.dim]
+    at = density.x.array[of_cells][:, :, np.newaxis]
+    squares = (x[:, :, :, np.newaxis] * x[:, :, np.newaxis, :]).reshape(*x.shape[:2], -1)
+    moments = np.concatenate([np.ones_like(at), x, at, squares, x * at], axis=2)
+    around, places = _sums_around(problem, space, moments), np.full((len(density.x.array), mesh.dim), np.nan)
+    places[of_cells] = x
+    rest = dolfinx.fem.Function(space)
+    own = slice(space.dofmap.index_map.size_local)
+    rest.x.array[own] = density.x.array[own] - _linear_fit(around[own], places[own])
+    rest.x.scatter_forward()
+    return rest
+
+
+def _sums_around(problem: Discretisation, space: dolfinx.fem.FunctionSpace, moments: Floats) -> Floats:
+    """Sums of moments, (owned cells, densities of a cell, moments), over the cells, or nodes, around each of them."""
+    of_cells = space.dofmap.list[: len(moments)]
+    if not problem.variant.density.local:
+        return sum_cells(space, np.broadcast_to(moments.sum(axis=1, keepdims=True), moments.shape))
+    corners = dolfinx.fem.functionspace(space.mesh, ("Lagrange", 1))
+    shape = (*corners.dofmap.list[: len(moments)].shape, moments.shape[2])
+    at_corners = sum_cells(corners, np.broadcast_to(moments, shape))
+    sums = np.zeros((len(space.dofmap.list), moments.shape[2]))
+    sums[of_cells[:, 0]] = at_corners[corners.dofmap.list[: len(moments)]].sum(axis=1)
+    return sums
+
+
+def _linear_fit(sums: Floats, x: Floats) -> Floats:
+    """Values at x, (places, dim), of the linear functions of least squares with these sums of moments.
+
+    The moments are 1, x, ρ, x ⊗ x and x ρ.  Where all that count lie on a line, as in a row of cells, the slope does.
+    """
+    dim = x.shape[1]
+    first = sums / sums[:, :1]
+    middle, mean = first[:, 1 : 1 + dim], first[:, 1 + dim]
+    spread = first[:, 2 + dim : -dim].reshape(-1, dim, dim) - middle[:, :, np.newaxis] * middle[:, np.newaxis, :]
+    common = first[:, -dim:] - middle * mean[:, np.newaxis]
+    slope = np.einsum("pij,pj->pi", np.linalg.pinv(spread, rcond=FLAT, hermitian=True), common)
+    return np.asarray(mean + np.einsum("pi,pi->p", slope, x - middle))
+
+
+def _beside_nodes(problem: Discretisation) -> Indices:
+    """Pairs of densities of a cell whose nodes have no other between them along an edge, shape (pairs, 2)."""
+    cell = problem.scene.mesh.cell_name
+    X = equal_sided(basix.CellType[cell], interpolation_points(problem.density_space.element))
+    distance = np.abs(X[:, np.newaxis] - X).sum(axis=2)
+    nearest = distance[distance > 0].min()
+    return np.argwhere(np.triu(np.isclose(distance, nearest)))
 
 
 def _beside_facets(problem: Discretisation) -> Indices:

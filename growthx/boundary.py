@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
-from mpi4py import MPI
 
 from growthx import balances
 from growthx.assembly import Compiler, assemble
 from growthx.errors import InputError
+from growthx.fields import interpolate, vector
 from growthx.supports import PointSupport
 
 if TYPE_CHECKING:
@@ -67,19 +67,9 @@ def _held_dofs(
     if not isinstance(support, PointSupport):
         found = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, mesh.boundary(support.on))
         return found[0], found[1]
-    if len(support.at) != mesh.dim:
-        raise InputError(f"the support at {support.place} has {len(support.at)} coordinates: the mesh needs {mesh.dim}")
-    at, extent = np.array(support.at), float(np.abs(mesh.domain.geometry.x).max(initial=0.0))
-    size = mesh.domain.comm.allreduce(extent, MPI.MAX)
     # By the corner of a cell: elements whose unknowns are moments (serendipity) have no positions.
-    mesh.domain.topology.create_connectivity(0, mesh.dim)
-    corner = dolfinx.mesh.locate_entities(
-        mesh.domain, 0, lambda x: np.linalg.norm(x[: mesh.dim].T - at, axis=1) <= 1e-9 * size
-    )
-    dofs, dofs_alone = dolfinx.fem.locate_dofs_topological((part, alone), 0, corner)
-    if not mesh.domain.comm.allreduce(len(dofs)):
-        raise InputError(f"no node of the mesh is at {support.place}: a corner of a cell would be right for a support")
-    return dofs, dofs_alone
+    found = dolfinx.fem.locate_dofs_topological((part, alone), 0, mesh.corner(support.at))
+    return found[0], found[1]
 
 
 def nodal_forces(
@@ -97,7 +87,7 @@ def nodal_forces(
     Raises InputError for a load that is not finite, or for a force without weight on its boundary.
     """
     intensity = dolfinx.fem.Function(space)
-    intensity.interpolate(load.intensity)
+    interpolate(intensity, vector(load.intensity))
     measure = load.measure(mesh, 2 * space.element.basix_element.degree)
     forces = assemble(compiler.form(balances.external_work(intensity, test, measure)))
     if mesh.domain.comm.allreduce(int(not np.all(np.isfinite(forces)))):

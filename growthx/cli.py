@@ -29,9 +29,15 @@ LOADS = (
     "displacement for each, growth by the mean of the energies)"
 )
 EPILOG = """\
-Exit status: 0 done, 2 bad input, 3 the run ended early (the last good state is then kept in a folder).
-In parallel: mpirun -n 2 growthx …; PETSc options under the prefix -growthx_ go into the variable PETSC_OPTIONS.
+Exit status: 0 done, 1 results could not be written, 2 bad input, 3 the run ended early (its last good state is kept in
+a folder), 130, 138 and 143 it was ended by Ctrl-C, SIGUSR1 and SIGTERM (its state is kept: --resume goes on from it).
+In parallel: mpirun -n 2 growthx …, which lets a run end in order after SIGUSR1 only; PETSc options under the prefix
+-growthx_ go into the variable PETSC_OPTIONS.
 """
+
+
+LAST_STATE = "growthx-last-state"  # folder of runs that end early and have none
+IN_OUT = ""  # --resume alone
 
 
 class _Parser(argparse.ArgumentParser):
@@ -66,7 +72,7 @@ def _main(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     command: _Command = options.command
     from growthx import meshing, report, results, variants, wellposedness
-    from growthx.run import RunEndedEarly, solve
+    from growthx.run import RunEndedEarly, RunNotWritten, solve
 
     variant = None if options.variant is None else variants.named(options.variant)
     stepping = _stepping(options)
@@ -79,11 +85,21 @@ def _main(arguments: Sequence[str]) -> int:
     try:
         with report.progress(scene) as watch:
             result = solve(
-                scene, variant, out=options.out, watch=watch, stepping=stepping, full_newton=options.full_newton
+                scene,
+                variant,
+                out=options.out,
+                watch=watch,
+                stepping=stepping,
+                full_newton=options.full_newton,
+                checkpoint=options.checkpoint,
+                resume=_source(options),
+                refuge=LAST_STATE,
             )
-    except RunEndedEarly as ended:
+    except (RunEndedEarly, RunNotWritten) as ended:
         result, status = ended.result, ended.exit_status
-        _keep_last_state(result, options.out)
+        if scene.mesh.domain.comm.rank == 0:
+            kept = f"the last good state is in {result.folder}" if result.folder else "nothing has been written"
+            print(f"growthx: {ended}; {kept}", file=sys.stderr)
     result.setup_s += setup
     readings = command.read(result)
     posed = wellposedness.check(result.problem) if options.check or not wellposedness.is_well_posed(scene) else None
@@ -102,18 +118,13 @@ def _main(arguments: Sequence[str]) -> int:
     return status
 
 
-def _keep_last_state(result: Result, out: str | None) -> None:
-    """Say why the run ended early and where its last good state is, on disk in any case."""
-    from growthx import results
-
-    comm = result.problem.comm
-    folder = out
-    if folder is None:
-        free = results.free_folder("growthx-last-state", comm)
-        results.write(free, result)
-        folder = str(free)
-    if comm.rank == 0:
-        print(f"growthx: {result.reason}; the last good state is in {folder}", file=sys.stderr)
+def _source(options: argparse.Namespace) -> str | None:
+    """The checkpoint, or the folder of some, that the options ask for; None for a run from the beginning."""
+    if options.resume != IN_OUT:
+        return options.resume
+    if options.out is None:
+        raise InputError("--resume names no checkpoint and there is no --out: the folder of a run would be right")
+    return options.out
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -141,6 +152,7 @@ def _parser() -> argparse.ArgumentParser:
         _add_stepping(scene)
         scene.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
         scene.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+        _add_checkpoints(scene)
         scene.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
     return parser
 
@@ -163,6 +175,19 @@ def _add_stepping(parser: argparse.ArgumentParser) -> None:
         "--full-newton",
         action="store_true",
         help="assemble and factorise the tangent at every iteration, as the paper (only where that pays)",
+    )
+
+
+def _add_checkpoints(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--checkpoint", type=int, metavar="K", help="keep the state in --out, at the start and after every K steps"
+    )
+    parser.add_argument(
+        "--resume",
+        nargs="?",
+        const=IN_OUT,
+        metavar="FROM",
+        help="go on from a checkpoint, or from the last one in a folder (that of --out)",
     )
 
 

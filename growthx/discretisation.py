@@ -15,9 +15,10 @@ from growthx import compat
 from growthx.arrays import selection
 from growthx.assembly import Compiler, assemble, average_cells
 from growthx.boundary import hold, nodal_forces, owned
-from growthx.errors import InputError, require, require_number
-from growthx.fields import as_ufl, is_uniform, law_as_ufl, scalar
+from growthx.errors import InputError, is_function, require, require_number
+from growthx.fields import as_ufl, interpolate, is_uniform, law_as_ufl, scalar
 from growthx.kinematics import deformation_gradient, volume_ratio
+from growthx.memory import Memory
 from growthx.momentum import Momentum
 from growthx.open_loads import OpenLoad
 from growthx.sampling import dof_positions, locate
@@ -91,6 +92,7 @@ class Discretisation(ABC):
         self.growth = law_as_ufl(scene.growth, mesh)
         self.time_step = dolfinx.fem.Constant(domain, np.float64(scene.program.step))
         self.time, self.amplitude = 0.0, 0.0
+        self._accepted_at = (float(self.time_step.value), self.amplitude, self.time)
         self.momentum = Momentum(scene, self.material, self.displacement_space, self.time_step)
         self._split_cells()
         self.density_dofs = self._growing_densities()
@@ -136,8 +138,8 @@ class Discretisation(ABC):
         start = self.scene.start_density
         if is_uniform(start):
             self.density.x.array[:] = start
-        elif callable(start) and not isinstance(start, dolfinx.fem.Function):
-            self.density.interpolate(scalar(start))
+        elif is_function(start):
+            interpolate(self.density, scalar(start))
         else:
             self._average_cells(as_ufl(start, self.scene.mesh))
         require(self.density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
@@ -184,7 +186,7 @@ class Discretisation(ABC):
         dim, mesh, V = self.scene.mesh.dim, self.scene.mesh, self.displacement_space
         self.nodal_load = np.zeros(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
         self._translations = np.array([[self._translation(c, i) for i in range(dim)] for c in range(len(tests))])
-        self._timed_loads: list[tuple[Callable[[float], float], Floats]] = []
+        self.timed_loads: list[tuple[Callable[[float], float], Floats]] = []
         for c, (case, test) in enumerate(zip(self.cases, tests, strict=True)):
             for load in case.loads:
                 if isinstance(load, OpenLoad):
@@ -194,7 +196,7 @@ class Discretisation(ABC):
                 if load.history is None:
                     self.nodal_load += forces
                 else:
-                    self._timed_loads.append((load.history, forces))
+                    self.timed_loads.append((load.history, forces))
 
     def _translation(self, case: int, direction: int) -> Floats:
         """The owned unknowns that move the whole body by one along a direction, in one load case."""
@@ -219,12 +221,14 @@ class Discretisation(ABC):
 
         base: densities the step begins with, as `density.x.array`; default: those of the state.
         """
-        self.time_step.value = time_step
+        self._set_program(time_step, amplitude, time)
         self.old_density.x.array[:] = self.accepted_density if base is None else base
-        self.time, self.amplitude = time, amplitude
-        self.momentum.share.value = amplitude
         for held in self.held:
             self.unknown.x.array[held.dofs] = amplitude * held.values
+
+    def _set_program(self, time_step: float, amplitude: float, time: float) -> None:
+        self.time_step.value, self.time, self.amplitude = time_step, time, amplitude
+        self.momentum.share.value = amplitude
 
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
@@ -248,7 +252,7 @@ class Discretisation(ABC):
         """
         times = self.scene.program.times()
         load = self.nodal_load.copy()
-        for history, forces in self._timed_loads:
+        for history, forces in self.timed_loads:
             load += max(abs(_at_time(history, time)) for time in times) * forces
         for condition in self.conditions:
             load[owned(condition)] = 0.0
@@ -265,7 +269,7 @@ class Discretisation(ABC):
     def _forces(self) -> Floats:
         """Internal minus external forces as they are: at supports, what the supports bear."""
         forces = -self.amplitude * self.nodal_load
-        for history, load in self._timed_loads:
+        for history, load in self.timed_loads:
             forces -= _at_time(history, self.time) * load
         for residual in self.residuals:
             forces += assemble(residual)
@@ -278,13 +282,17 @@ class Discretisation(ABC):
         (det F ≤ 0 shows by itself: the residual is then not a number.)
         """
 
-    @abstractmethod
     def accept_step(self) -> None:
         """Make the running iterate the state."""
+        self._accepted_at = (float(self.time_step.value), self.amplitude, self.time)
 
-    @abstractmethod
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
+        self._set_program(*self._accepted_at)
+
+    def largest_share(self, position: Floats, step: Floats) -> float:
+        """Largest share, up to one, of a step from a position that may be taken (owned unknowns; collective)."""
+        return 1.0
 
     @abstractmethod
     def iterate_density(self) -> Floats:
@@ -332,6 +340,23 @@ class Discretisation(ABC):
         """Make densities, as `density.x.array`, those of the state, at the displacement it has."""
         self.density.x.array[:] = self.accepted_density[:] = density
         self.reject_step()
+
+    def memory(self) -> Memory:
+        """The state, copied."""
+        memory = self.momentum.memory()
+        memory.numbers.update(amplitude=self.amplitude, time=self.time, time_step=float(self.time_step.value))
+        memory.unknowns["unknown"] = self.unknown.x.array.copy()
+        memory.densities["density"] = self.accepted_density.copy()
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        """Make a state that was remembered the state."""
+        numbers = memory.numbers
+        self._set_program(numbers["time_step"], numbers["amplitude"], numbers["time"])
+        self.unknown.x.array[:] = memory.unknowns["unknown"]
+        self.density.x.array[:] = self.old_density.x.array[:] = memory.densities["density"]
+        self.accept_step()
+        self.momentum.recall(memory)
 
     # -- what is asked of the state ------------------------------------------------------------------------------------
 

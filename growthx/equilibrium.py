@@ -44,8 +44,9 @@ def _relax(problem: Discretisation, newton: Newton) -> None:
     nominal = problem.scene.program.step
     stretch = LONG
     for _ in range(ATTEMPTS):
+        length = stretch * nominal
         try:
-            _step(problem, newton, stretch * nominal, 1.0)
+            _step(problem, newton, length, 1.0)
         except EndedEarly as failure:
             stretch /= STRIDE
             if stretch < 1.0:
@@ -55,7 +56,7 @@ def _relax(problem: Discretisation, newton: Newton) -> None:
             return
         stretch *= STRIDE
     raise EndedEarly(
-        f"no biological equilibrium was found: {ATTEMPTS} time steps, the last of {stretch * nominal:.3g}, "
+        f"no biological equilibrium was found: {ATTEMPTS} time steps, the last of {length:.3g}, "
         "did not lead to one; the march remains"
     )
 

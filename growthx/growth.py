@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from growthx.errors import InputError, require, require_number
+from growthx.errors import InputError, require, require_number, shown
 from growthx.fields import Field
 from growthx.material import Material, exact_exponent, sqrt
 
@@ -47,7 +47,9 @@ class GrowthLaw(ABC):
         require(self.rate, "the growth rate c", "a number of at least 0", lambda c: c >= 0)
         require_number(self.dead_zone, "the dead zone's half-width", "a number of at least 0", lambda w: w >= 0)
         if not isinstance(self.bounds, (tuple, list)) or len(self.bounds) != 2:
-            raise InputError(f"the bounds of density are {self.bounds}: the lowest and the highest would be right")
+            raise InputError(
+                f"the bounds of density are {shown(self.bounds)}: the lowest and the highest would be right"
+            )
         object.__setattr__(self, "bounds", tuple(self.bounds))
         for bound in self.bounds:
             if bound is not None:
@@ -92,26 +94,31 @@ class GrowthLaw(ABC):
 
     def mass_source_slope(self, density: Any, elastic_energy: Any, material: Material) -> Any:
         """∂_ρ R₀ = c k S/ρ, times the slope of the response at a dead zone, per time."""
+        return self.mass_source_and_slope(density, elastic_energy, material)[1]
+
+    def mass_source_and_slope(self, density: Any, elastic_energy: Any, material: Material) -> tuple[Any, Any]:
+        """R₀ and ∂_ρ R₀, whose stimulus is computed once."""
         stimulus = self.stimulus(density, elastic_energy, material)
-        slope = self.rate * self.power(material) * stimulus / density
-        return slope if self.dead_zone == 0 else slope * self._response_slope(stimulus - self.attractor)
+        excess, slope = stimulus - self.attractor, self.rate * self.power(material) * stimulus / density
+        if self.dead_zone == 0:
+            return self.rate * excess, slope
+        response, response_slope = self.response_and_slope(excess)
+        return self.rate * response, slope * response_slope
 
     def _response(self, excess: Any) -> Any:
-        """The excess of the stimulus over the attractor; with a dead zone, what of it lies outside.
+        """The excess of the stimulus over the attractor; with a dead zone, what of it lies outside."""
+        return excess if self.dead_zone == 0 else self.response_and_slope(excess)[0]
 
-        ½ [x − w + √((x − w)² + ε²)] − ½ [−x − w + √((x + w)² + ε²)], odd in x.
+    def response_and_slope(self, excess: Any) -> tuple[Any, Any]:
+        """The response with a dead zone, odd in the excess x, and its slope, above 0, below 1, and rising with |x|.
+
+        ½ [x − w + √((x − w)² + ε²)] − ½ [−x − w + √((x + w)² + ε²)], without the difference of the two roots.
         """
-        if self.dead_zone == 0:
-            return excess
-        inner, outer, soft = self._edges(excess)
-        return (sqrt(inner**2 + soft) - sqrt(outer**2 + soft)) / 2 + excess
-
-    def _response_slope(self, excess: Any) -> Any:
-        inner, outer, soft = self._edges(excess)
-        return (inner / sqrt(inner**2 + soft) - outer / sqrt(outer**2 + soft)) / 2 + 1
-
-    def _edges(self, excess: Any) -> tuple[Any, Any, float]:
-        return excess - self.dead_zone, excess + self.dead_zone, (ROUNDING * self.dead_zone) ** 2
+        width, soft = self.dead_zone, (ROUNDING * self.dead_zone) ** 2
+        inner, outer = excess - width, excess + width
+        root_inner, root_outer = sqrt(inner**2 + soft), sqrt(outer**2 + soft)
+        response = excess * (1 - 2 * width / (root_inner + root_outer))
+        return response, (inner / root_inner - outer / root_outer) / 2 + 1
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from growthx.continuation import FEWEST, MOST, Continuation, Unsolved
+from growthx.memory import Memory
 from growthx.prediction import Prediction
 from growthx.time_schemes import SDIRK2
 
@@ -50,6 +52,7 @@ class Integrator:
         self._prediction.remember(0.0, problem.unknown.x.array.copy())
         self._course: float | None = None  # growth of the load per time
         self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
+        self._parts = MOST  # in which a step may be solved: the fewer, the more often that has failed
         self._found: list[tuple[float, Floats]] = []  # unknowns at the stages of the step that is not accepted yet
 
     def step(self, time: float, end: float) -> SolvedStep:
@@ -90,26 +93,53 @@ class Integrator:
         for time, unknown in self._found:
             self._prediction.remember(time, unknown)
 
+    def memory(self) -> Memory:
+        """What it knows at an accepted step: slope and mass rate there, the load's course, what predictions go by."""
+        memory = self._prediction.memory()
+        memory.numbers["course"], memory.numbers["parts"] = self._course, self._parts
+        if self._start is not None:
+            memory.densities["slope"], memory.numbers["mass_rate"] = self._start
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        """Know that again."""
+        self._prediction.recall(memory)
+        self._course, self._parts = memory.numbers["course"], memory.numbers["parts"]
+        if "slope" in memory.densities:
+            self._start = memory.densities["slope"].copy(), memory.numbers["mass_rate"]
+
     def _solve(self, length: float, time: float, base: Floats) -> NewtonReport:
         """Bring the running iterate to balance, from what is foretold or else from where it was."""
-        problem = self._problem
-        amplitude = problem.scene.program.amplitude(time)
-        before = problem.unknown.x.array.copy()
-        problem.begin_step(length, amplitude, time, base)
+        problem, unknown = self._problem, self._problem.unknown.x.array
+        amplitude, before = problem.scene.program.amplitude(time), problem.time
+        rise, start = amplitude - problem.amplitude, unknown.copy()
+
+        def begin(load: float = 1.0, share: float = 1.0) -> None:
+            problem.begin_step(share * length, amplitude - (1 - load) * rise, time - (1 - load) * (time - before), base)
+
+        reports: list[NewtonReport] = []
         foretold = self._prediction.at(time) if self._predict else None
-        if foretold is not None:
-            held = problem.unknown.x.array.copy()
-            problem.unknown.x.array[:] = foretold
-            for condition in problem.conditions:  # what is prescribed has been put there already
-                dofs, _ = condition.dof_indices()
-                problem.unknown.x.array[dofs] = held[dofs]
-            report = self._newton.solve()
-            if report.converged:
-                return report
-            problem.reject_step()
-            problem.unknown.x.array[:] = before
-            problem.begin_step(length, amplitude, time, base)
-        return self._newton.solve()
+        for guess in (start,) if foretold is None else (foretold, start):
+            if reports:
+                problem.reject_step()
+            unknown[:] = guess
+            begin()
+            reports.append(self._newton.solve())
+            if reports[-1].converged and not reports[-1].in_doubt:
+                return _together(reports)
+        direct = Unsolved(problem, reports.pop(), begin)
+        problem.reject_step()
+        unknown[:] = start
+        continuation = Continuation(problem, self._newton, begin)
+        # To a body with inertia no step is an instant.
+        if problem.scene.inertia is None and continuation.solve(self._parts):
+            self._parts = MOST
+            return _together([*reports, direct.report, *continuation.reports])
+        self._parts = max(self._parts // 2, FEWEST)
+        # A start that is not admissible tells little; a solution in doubt is the best there is.
+        told = direct if direct.report.iterations else continuation.failure or direct
+        told.bring_back()
+        return _together([*reports, *continuation.reports, told.report])
 
     def _follow_course(self, time: float, end: float) -> None:
         """What was found before a bend of the load says nothing about what comes after it."""

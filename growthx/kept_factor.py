@@ -14,6 +14,8 @@ import numpy as np
 from mpi4py import MPI
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from growthx.arrays import Floats
 
 PATIENCE = 6  # iterations to go, at the rate of the last one, beyond which a new factor is the cheaper way
@@ -29,15 +31,21 @@ class KeptFactor:
     The factor outlives a call: the next time step begins with it.
     """
 
-    def __init__(self, untouched: float) -> None:
-        """untouched: norm of the residual above which a first iterate is never the solution."""
-        self._untouched = untouched
+    def __init__(self, untouched: float, largest_share: Callable[[Floats, Floats], float]) -> None:
+        """untouched: norm of the residual above which a first iterate is never the solution.
+
+        largest_share: of a step that may be taken from a position, both of owned unknowns; the same on all ranks.
+        """
+        self._untouched, self._largest_share = untouched, largest_share
+        self.shortest_step = 1.0  # share of a step that was taken in the last call
         self._mixing = _Mixing()
         self._factorised = False
 
     def solve(self, snes: Any, b: Any, x: Any) -> None:
         """Bring the residual at x below the solver's absolute tolerance; PETSc calls this."""
-        reason = self._iterate(_Iteration(snes, x))
+        at = _Iteration(snes, x, self._largest_share)
+        reason = self._iterate(at)
+        self.shortest_step = at.shortest_step
         if reason != CONVERGED:
             self._factorised = False
         snes.setConvergedReason(getattr(snes.ConvergedReason, reason))
@@ -70,14 +78,14 @@ class KeptFactor:
 class _Iteration:
     """An iterate of a SNES, its residual and what can be done with them."""
 
-    def __init__(self, snes: Any, x: Any) -> None:
-        self._snes, self._x = snes, x
+    def __init__(self, snes: Any, x: Any, largest_share: Callable[[Floats, Floats], float]) -> None:
+        self._snes, self._x, self._largest_share = snes, x, largest_share
         self._residual = snes.getFunction()[0]
         self._step, self._trial, self._trial_residual = x.duplicate(), x.duplicate(), x.duplicate()
         self.comm: MPI.Intracomm = snes.comm.tompi4py()
         _, _, _, self.limit = snes.getTolerances()
         self.tolerance = snes.atol
-        self.count, self.is_factorised_here = 0, False
+        self.count, self.is_factorised_here, self.shortest_step = 0, False, 1.0
         snes.computeFunction(x, self._residual)
         self._log(self._residual.norm())
 
@@ -110,8 +118,12 @@ class _Iteration:
         return None if solver.getConvergedReason() < 0 else -self._step.array_r
 
     def try_step(self, step: Floats, shortest: float) -> bool:
-        """Go along a step as far as the residual falls, by halves down to a shortest share; whether it fell."""
-        share = 1.0
+        """Go along a step as far as the residual falls, by halves down to a shortest share; whether it fell.
+
+        The first share is the largest that leaves the unknown densities positive; where det F ≤ 0, the residual is not
+        a number, and has not fallen.
+        """
+        share = largest = self._largest_share(self._x.array_r, step)
         while share >= shortest:
             self._trial.array_w[:] = self._x.array_r + share * step
             self._snes.computeFunction(self._trial, self._trial_residual)
@@ -120,10 +132,14 @@ class _Iteration:
                 self._trial.copy(self._x)
                 self._trial_residual.copy(self._residual)
                 self.count += 1
+                self.shortest_step = min(self.shortest_step, share)
                 self.is_factorised_here = False
                 self._log(norm)
                 return True
             share /= 2
+        if largest < 1.0:  # leave the running iterate beyond the boundary, to be asked where that is
+            self._trial.array_w[:] = self._x.array_r + step
+            self._snes.computeFunction(self._trial, self._trial_residual)
         return False
 
     def is_slow(self, before: float) -> bool:

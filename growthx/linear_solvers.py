@@ -16,6 +16,7 @@ two differ by a factor that depends on the law of growth and on nothing else.
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,7 @@ from petsc4py import PETSc
 from growthx.boundary import owned
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from growthx.arrays import Floats, Indices
     from growthx.discretisation import Discretisation
@@ -72,6 +73,8 @@ class LinearSolver:
         of_parts: whether SNES gives the KSP parts of the matrix, as it does where unknowns have bounds.
         """
         self._ksp, self._course, self._of_parts = ksp, course, of_parts
+        self.negative_pivots = 0  # of the symmetric matrix that was factorised last, as far as known
+        self._replaced: list[PETSc.KSP] = []  # where MUMPS does what CHOLMOD could not
 
     @property
     def direct(self) -> bool:
@@ -96,19 +99,64 @@ class LinearSolver:
         """
         if self._of_parts:
             return
-        ksp, pc = self._ksp, self._ksp.getPC()
-        operators = ksp.getOperators()
-        ksp.setOperators(*operators)  # else PETSc looks at the matrix again only when it solves
+        if self._replaced and self.negative_pivots == 0:
+            self._factorise_by(PETSc.Mat.SolverType.CHOLMOD)
         try:
-            ksp.setUp()
+            self._set_up()
         except PETSc.Error as error:
-            # CHOLMOD knows positive definite matrices only; before an instability a tangent need not be one.
-            if error.ierr != _NOT_DEFINITE or pc.getFactorSolverType() != PETSc.Mat.SolverType.CHOLMOD:
+            # CHOLMOD knows positive definite matrices only; beyond an instability a tangent need not be one.
+            self._replaced = _factorised_by_cholmod(self._ksp)
+            if error.ierr != _NOT_DEFINITE or not self._replaced:
                 raise
-            pc.reset()
-            pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+            self._factorise_by(PETSc.Mat.SolverType.MUMPS)
+            self._set_up()
+        self.negative_pivots = _negative_pivots(self._ksp.getPC()) if self.direct else 0
+
+    def _factorise_by(self, package: str) -> None:
+        for ksp in self._replaced:
+            operators = ksp.getOperators()
+            ksp.getPC().reset()  # forgets them
             ksp.setOperators(*operators)
+            ksp.getPC().setFactorSolverType(package)
+
+    def _set_up(self) -> None:
+        ksp = self._ksp
+        ksp.setOperators(*ksp.getOperators())  # else PETSc looks at the matrix again only when it solves
+        with _strict(ksp):
             ksp.setUp()
+            ksp.setUpOnBlocks()
+
+
+def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
+    """A KSP, or its parts, for which CHOLMOD factorises."""
+    pc = ksp.getPC()
+    if pc.getType() == PETSc.PC.Type.FIELDSPLIT:
+        return [found for part in pc.getFieldSplitSubKSP() for found in _factorised_by_cholmod(part)]
+    cholmod = pc.getType() in _FACTORS and pc.getFactorSolverType() == PETSc.Mat.SolverType.CHOLMOD
+    return [ksp] if cholmod else []
+
+
+@contextmanager
+def _strict(ksp: PETSc.KSP) -> Iterator[None]:
+    """Within, CHOLMOD makes factors L Lᵀ, of positive definite matrices alone, also of small ones, and says nothing."""
+    set_here = []
+    for part in _factorised_by_cholmod(ksp):
+        options = PETSc.Options(part.getOptionsPrefix())
+        for name, value in _STRICT.items():
+            if not options.hasName(name):
+                options[name] = value
+                set_here.append((options, name))
+    try:
+        yield
+    finally:
+        for options, name in set_here:
+            options.delValue(name)
+
+
+def _negative_pivots(pc: PETSc.PC) -> int:
+    """Of a Cholesky factor: none where CHOLMOD has made it, and what MUMPS counts by the way."""
+    counted = pc.getType() == PETSc.PC.Type.CHOLESKY and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS
+    return int(pc.getFactorMatrix().getMumpsInfog(12)) if counted else 0
 
 
 def set_up(ksp: PETSc.KSP, problem: Discretisation, matrix: PETSc.Mat, *, direct: bool = False) -> LinearSolver:
@@ -281,4 +329,5 @@ _METHODS = {
     PETSc.KSP.Type.FGMRES: "flexible GMRES with ",
     PETSc.KSP.Type.CHEBYSHEV: "Chebyshev with ",
 }
+_STRICT = {"mat_cholmod_final_asis": 0, "mat_cholmod_final_ll": 1, "mat_cholmod_print": 0}
 _NOT_DEFINITE = 81  # PETSC_ERR_MAT_CH_ZRPVT

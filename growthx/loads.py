@@ -4,22 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from growthx.arrays import Floats
-from growthx.errors import require_number
+from growthx.errors import (
+    is_function,
+    require_each,
+    require_function,
+    require_name,
+    require_number,
+    require_vector,
+)
+from growthx.fields import scalar, vector
+from growthx.open_loads import OpenLoad
 
 if TYPE_CHECKING:
     from ufl import Measure
 
     from growthx.mesh import Mesh
-    from growthx.open_loads import OpenLoad
 
 Position = Callable[[Floats], Floats]
 
 
+@runtime_checkable
 class Load(Protocol):
     """A dead load on a named boundary or in the body."""
 
@@ -50,16 +59,20 @@ class Load(Protocol):
         ...
 
 
-def _vector(values: tuple[float, ...], what: str) -> tuple[float, ...]:
-    for value in values:
-        require_number(value, what, "a finite number", lambda _: True)
-    return tuple(float(value) for value in values)
+def _check_history(history: Any, what: str) -> None:
+    if history is not None:
+        require_function(history, f"the history of {what}", "a function of time")
+
+
+def _value(value: Any, what: str) -> Any:
+    """A function of position as it is, or the numbers of a vector; InputError if it is neither."""
+    return value if is_function(value) else require_vector(value, what)
 
 
 def _at(value: tuple[float, ...] | Position, x: Floats) -> Floats:
     """A vector, or a function of position, at the points x, shape (dim, points)."""
     if callable(value):
-        return value(x)
+        return vector(value)(x)
     return np.tile(np.array(value, dtype=float)[:, np.newaxis], x.shape[1])
 
 
@@ -91,8 +104,9 @@ class Traction(_OnBoundary):
     resultant: ClassVar[None] = None
 
     def __post_init__(self) -> None:
-        if not callable(self.value):
-            _vector(self.value, f"a component of the traction {self.place}")
+        require_name(self.on, "the boundary of a traction")
+        object.__setattr__(self, "value", _value(self.value, f"the traction {self.place}"))
+        _check_history(self.history, f"the traction {self.place}")
 
     def intensity(self, x: Floats) -> Floats:
         """Traction at the points x."""
@@ -112,8 +126,10 @@ class BodyForce:
     resultant: ClassVar[None] = None
 
     def __post_init__(self) -> None:
-        if not callable(self.value):
-            _vector(self.value, f"a component of the body force {self.place}")
+        if self.region is not None:
+            require_name(self.region, "the region of a body force")
+        object.__setattr__(self, "value", _value(self.value, f"the body force {self.place}"))
+        _check_history(self.history, f"the body force {self.place}")
 
     @property
     def place(self) -> str:
@@ -145,7 +161,11 @@ class DistributedForce(_OnBoundary):
     history: Callable[[float], float] | None = None
 
     def __post_init__(self) -> None:
-        _vector(self.force, f"a component of the force {self.place}")
+        require_name(self.on, "the boundary of a force")
+        object.__setattr__(self, "force", require_vector(self.force, f"the force {self.place}"))
+        if self.weight is not None:
+            require_function(self.weight, f"the weight of the force {self.place}", "a function of position or None")
+        _check_history(self.history, f"the force {self.place}")
 
     @property
     def resultant(self) -> tuple[float, ...]:
@@ -154,7 +174,7 @@ class DistributedForce(_OnBoundary):
 
     def intensity(self, x: Floats) -> Floats:
         """Force times weight at the points x."""
-        weight = np.ones(x.shape[1]) if self.weight is None else self.weight(x)
+        weight = np.ones(x.shape[1]) if self.weight is None else scalar(self.weight)(x)
         return np.outer(self.force, weight)
 
 
@@ -170,4 +190,7 @@ class LoadCase:
     loads: tuple[Load | OpenLoad, ...]
 
     def __post_init__(self) -> None:
+        require_name(self.name, "the name of a load case")
         require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)
+        loads = require_each(self.loads, (Load, OpenLoad), f"the loads of the load case '{self.name}'", "load")
+        object.__setattr__(self, "loads", loads)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from growthx.corners import check_cells
 from growthx.errors import EndedEarly, InputError
 from growthx.integration import Integrator, SolvedStep
 from growthx.newton import Newton, NewtonReport
 from growthx.node_based import NodeBased
 from growthx.point_based import PointBased
+from growthx.rigid_motions import check_held
 from growthx.stepping import FixedSteps, Stepping
 from growthx.time_schemes import IMPLICIT_EULER
 from growthx.wellposedness import warn_if_ill_posed
@@ -18,6 +20,7 @@ from growthx.wellposedness import warn_if_ill_posed
 if TYPE_CHECKING:
     from growthx.arrays import Floats
     from growthx.discretisation import Discretisation
+    from growthx.memory import Memory
     from growthx.scene import Scene
     from growthx.variants import Variant
 
@@ -53,7 +56,13 @@ class Step:
 
 
 def discretise(scene: Scene, variant: Variant) -> Discretisation:
-    """The discretisation of a scene by a variant, ready to march; warns of a model that is not well posed."""
+    """The discretisation of a scene by a variant, ready to march; warns of a model that is not well posed.
+
+    Raises InputError if a cell of the mesh is not convex, if a part of the body is free to move, or if the variant is
+    not made for the scene.
+    """
+    check_cells(scene.mesh)
+    check_held(scene)
     warn_if_ill_posed(scene)
     return (PointBased if variant.density.local else NodeBased)(scene, variant)
 
@@ -65,6 +74,112 @@ def take_back(problem: Discretisation, report: NewtonReport) -> str:
     return why
 
 
+class March(Iterator[Step]):
+    """The steps of a run, one after another; what `march` returns.
+
+    Between two steps, `memory` is what another march needs to go on from here, as `begin_anew` lets this one do.
+    """
+
+    def __init__(
+        self, scene: Scene, problem: Discretisation, tolerance: float, stepping: Stepping, full_newton: bool
+    ) -> None:
+        """As `march`, with every default filled in."""
+        self.problem, self.time = problem, 0.0
+        self._scene, self._stepping, self._tolerance, self._full = scene, stepping, tolerance, full_newton
+        self._control = stepping.control(scene.program)
+        self._make_solvers()
+        self._steps = self._march()
+
+    def __next__(self) -> Step:
+        return next(self._steps)
+
+    def close(self) -> None:
+        """End here, and free the solver's memory (collective); a march that has reached its end has done so."""
+        self._steps.close()
+
+    def memory(self) -> Memory:
+        """What there is to know in the last accepted state."""
+        memory = self.problem.memory()
+        memory.join(self._integrator.memory())
+        memory.join(self._control.memory())
+        memory.numbers["reached"] = self.time
+        return memory
+
+    def begin_anew(self, memory: Memory | None = None) -> None:
+        """Go on from what a march of the same scene remembered, by default this one (collective).
+
+        Nothing else is left of the steps before, such as a factor: whoever goes on from there goes the same way, to the
+        bit in one rank.
+        """
+        memory = memory or self.memory()
+        self.time = memory.numbers["reached"]
+        self.problem.recall(memory)
+        self._control.recall(memory)
+        self._newton.destroy()
+        self._make_solvers()
+        self._integrator.recall(memory)
+
+    def _make_solvers(self) -> None:
+        problem, stepping = self.problem, self._stepping
+        tolerance = stepping.newton_tolerance(self._tolerance)
+        self._newton = Newton(problem, tolerance, untouched=self._tolerance, full=self._full)
+        self._integrator = Integrator(
+            problem, self._newton, stepping.scheme, estimate=self._control.needs_error, predict=stepping.predicted
+        )
+
+    def _march(self) -> Generator[Step, None, None]:
+        try:
+            enough = _enough(self.problem, self._stepping)
+            for target in map(float, self._control.targets()):
+                while self.time < target:
+                    step, found = self._step(target)
+                    yield step
+                    if enough(found):
+                        return
+        finally:
+            self._newton.destroy()
+
+    def _step(self, target: float) -> tuple[Step, SolvedStep]:
+        """The next accepted step, which goes no further than a target, and how it was solved."""
+        problem, control, program = self.problem, self._control, self._scene.program
+        time, mass, rejected = self.time, problem.mass(), 0
+        while True:
+            end = control.end(time, target)
+            found = self._integrator.step(time, end)
+            if not found.newton.converged:
+                why = take_back(problem, found.newton)
+                control.failed(end - time)
+            elif not control.accepts(end - time, found.error):
+                why = f"the estimated error of density is {found.error:.2g}"
+                problem.reject_step()
+            else:
+                break
+            rejected += 1
+            if control.hopeless:
+                raise EndedEarly(
+                    f"the run ended at t = {time:g} of {program.until:g}: {why}, "
+                    f"and a time step cut from {program.step:g} to {end - time:.3g} did not help"
+                )
+        reactions = problem.reactions()
+        self._integrator.accept()
+        self.time, old_mass, mass = end, mass, problem.mass()
+        low, high = problem.density_range()
+        step = Step(
+            time=end,
+            time_step=end - time,
+            load=problem.amplitude,
+            rejected=rejected,
+            newton=found.newton,
+            error=found.error,
+            mass=mass,
+            mass_defect=abs(mass - old_mass - (end - time) * found.mass_rate) / mass,
+            min_density=low,
+            max_density=high,
+            reactions=reactions,
+        )
+        return step, found
+
+
 def march(
     scene: Scene,
     variant: Variant,
@@ -73,7 +188,7 @@ def march(
     *,
     stepping: Stepping | None = None,
     full_newton: bool = False,
-) -> Iterator[Step]:
+) -> March:
     """Advance a scene through its program, yielding each accepted step.
 
     problem: the discretised scene, when the caller wants to look at it between steps (default: `discretise`).
@@ -89,57 +204,7 @@ def march(
             f"{type(stepping).__name__}: {IMPLICIT_EULER.name} in FixedSteps would be right"
         )
     problem = discretise(scene, variant) if problem is None else problem
-    newton = Newton(problem, stepping.newton_tolerance(tolerance), untouched=tolerance, full=full_newton)
-    try:
-        yield from _steps(scene, problem, newton, stepping)
-    finally:
-        newton.destroy()
-
-
-def _steps(scene: Scene, problem: Discretisation, newton: Newton, stepping: Stepping) -> Iterator[Step]:
-    program, control = scene.program, stepping.control(scene.program)
-    integrator = Integrator(problem, newton, stepping.scheme, estimate=control.needs_error, predict=stepping.predicted)
-    enough = _enough(problem, stepping)
-    time, rejected, mass = 0.0, 0, problem.mass()
-    for target in map(float, control.targets()):
-        while time < target:
-            end = control.end(time, target)
-            found = integrator.step(time, end)
-            why = ""
-            if not found.newton.converged:
-                why = take_back(problem, found.newton)
-                control.failed(end - time)
-            elif not control.accepts(end - time, found.error):
-                why = f"the estimated error of density is {found.error:.2g}"
-                problem.reject_step()
-            if why:
-                rejected += 1
-                if control.hopeless:
-                    raise EndedEarly(
-                        f"the run ended at t = {time:g} of {program.until:g}: {why}, "
-                        f"and a time step cut from {program.step:g} to {end - time:.3g} did not help"
-                    )
-                continue
-            reactions = problem.reactions()
-            integrator.accept()
-            old_mass, mass = mass, problem.mass()
-            low, high = problem.density_range()
-            yield Step(
-                time=end,
-                time_step=end - time,
-                load=problem.amplitude,
-                rejected=rejected,
-                newton=found.newton,
-                error=found.error,
-                mass=mass,
-                mass_defect=abs(mass - old_mass - (end - time) * found.mass_rate) / mass,
-                min_density=low,
-                max_density=high,
-                reactions=reactions,
-            )
-            time, rejected = end, 0
-            if enough(found):
-                return
+    return March(scene, problem, tolerance, stepping, full_newton)
 
 
 def _enough(problem: Discretisation, stepping: Stepping) -> Callable[[SolvedStep], bool]:

@@ -9,9 +9,10 @@ from typing import Any
 import dolfinx
 import numpy as np
 import ufl
+from mpi4py import MPI
 
 from growthx.arrays import Floats, Indices, Marks
-from growthx.errors import InputError
+from growthx.errors import InputError, raise_on_all, require_function, require_kind, require_name, shown
 
 Locator = Callable[[Floats], Marks]
 
@@ -27,6 +28,11 @@ class Mesh:
     boundaries: Mapping[str, Indices]
     regions: Mapping[str, Indices] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        _require_domain(self.domain)
+        for parts, what in ((self.boundaries, "boundaries"), (self.regions, "regions")):
+            require_kind(parts, Mapping, f"what names the {what} of a mesh", "a mapping from names to indices")
+
     @classmethod
     def with_names(
         cls,
@@ -34,16 +40,28 @@ class Mesh:
         boundaries: Mapping[str, Locator],
         regions: Mapping[str, Locator] | None = None,
     ) -> Mesh:
-        """Name the parts of a DOLFINx mesh by functions of position: x of shape (3, points) to booleans (points,)."""
+        """Name the parts of a DOLFINx mesh by functions of position: x of shape (3, points) to booleans (points,).
+
+        Raises InputError, on all ranks, for what is no such mesh or function (collective).
+        """
+        _require_domain(domain)
+        for parts, what in ((boundaries, "boundaries"), (regions or {}, "regions")):
+            require_kind(parts, Mapping, f"what names the {what} of a mesh", "a mapping from names to functions")
+            for name, locator in parts.items():
+                require_name(name, f"a name in the {what} of a mesh")
+                require_function(locator, f"the place of '{name}'", "a function of position")
         dim = domain.topology.dim
         domain.topology.create_connectivity(dim - 1, dim)
         return cls(
             domain,
             {
-                name: dolfinx.mesh.locate_entities_boundary(domain, dim - 1, locator)
+                name: _located(dolfinx.mesh.locate_entities_boundary, domain, dim - 1, name, locator)
                 for name, locator in boundaries.items()
             },
-            {name: dolfinx.mesh.locate_entities(domain, dim, locator) for name, locator in (regions or {}).items()},
+            {
+                name: _located(dolfinx.mesh.locate_entities, domain, dim, name, locator)
+                for name, locator in (regions or {}).items()
+            },
         )
 
     @property
@@ -80,6 +98,21 @@ class Mesh:
         """Cells of the region `name`; InputError if no such region exists."""
         return _named(self.regions, name, "region", self.domain.comm)
 
+    def corner(self, at: tuple[float, ...]) -> Indices:
+        """The corner of cells at a place, (dim,), none or one; InputError if it is on no rank (collective)."""
+        place = "({})".format(", ".join(f"{x:g}" for x in at))
+        if len(at) != self.dim:
+            raise InputError(f"the support at {place} has {len(at)} coordinates: the mesh needs {self.dim}")
+        comm, x = self.domain.comm, self.domain.geometry.x
+        size = comm.allreduce(float(np.abs(x).max(initial=0.0)), MPI.MAX)
+        self.domain.topology.create_connectivity(0, self.dim)
+        found = dolfinx.mesh.locate_entities(
+            self.domain, 0, lambda y: np.abs(y[: self.dim].T - np.array(at)).max(axis=1, initial=0.0) <= 1e-9 * size
+        )
+        if not comm.allreduce(len(found)):
+            raise InputError(f"no node of the mesh is at {place}: a corner of a cell would be right for a support")
+        return found
+
     def boundary_measure(self, name: str, degree: int) -> ufl.Measure:
         """Surface measure of one named boundary, integrating polynomials of `degree` exactly."""
         return self._measure("ds", self.dim - 1, self.boundary(name), degree)
@@ -92,6 +125,35 @@ class Mesh:
         tags = dolfinx.mesh.meshtags(self.domain, dim, entities, np.ones_like(entities))
         metadata = {"quadrature_degree": degree}
         return ufl.Measure(kind, domain=self.domain, subdomain_data=tags, subdomain_id=1, metadata=metadata)
+
+
+def _require_domain(domain: Any) -> None:
+    require_kind(domain, dolfinx.mesh.Mesh, "the domain of a mesh", "a dolfinx.mesh.Mesh")
+    dims = domain.topology.dim, domain.geometry.dim
+    if dims not in ((2, 2), (3, 3)):
+        raise InputError(
+            f"the cells of the mesh have dimension {dims[0]} in a space of {dims[1]}: 2 of both or 3 would be right"
+        )
+
+
+def _located(find: Any, domain: dolfinx.mesh.Mesh, dim: int, name: str, locator: Locator) -> Indices:
+    """Entities that a finder of DOLFINx has by a locator; InputError on all ranks if it is of no use (collective)."""
+    problem = ""
+
+    def marks(x: Floats) -> Marks:
+        nonlocal problem
+        try:
+            found = np.asarray(locator(x))
+            if found.dtype != bool or found.shape not in ((), (x.shape[1],)):
+                problem = f"an array of {found.dtype} of shape {found.shape} for {x.shape[1]} points"
+        except Exception as error:  # on one rank, perhaps: as it is, it would leave the others waiting
+            problem = shown(error)
+        return np.zeros(x.shape[1], dtype=bool) if problem else np.array(np.broadcast_to(found, x.shape[1]))
+
+    entities: Indices = find(domain, dim, marks)
+    where = f"the function that places '{name}' gave"
+    raise_on_all(domain.comm, problem and f"{where} {problem}: True or False for each point would be right")
+    return entities
 
 
 def _named(parts: Mapping[str, Indices], name: str, kind: str, comm: Any) -> Indices:

@@ -14,6 +14,7 @@ import ufl
 from dolfinx.io.utils import distribute_entity_data
 
 from growthx.arrays import Floats, Indices
+from growthx.corners import complaint, corner_sines, not_convex
 from growthx.errors import InputError
 from growthx.mesh import Mesh
 
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
     from mpi4py import MPI
 
-_FLAT = 1e-9  # sine of a corner, below which it counts as flat
+
+MOST_CELLS = 1e8  # that anybody means
 
 
 @dataclass(frozen=True)
@@ -64,31 +66,12 @@ def check_facets(path: Path, name: str, facets: Indices, shape: str, cells: Indi
 
 def check_corners(path: Path, shape: str, corners: Floats, entities: Indices) -> None:
     """Refuse cells with a flat or re-entrant corner and cells turned over; corners: (cells, corners, dim)."""
-    sines = _corner_sines(shape, corners)
+    sines = corner_sines(shape, corners)
     # A surface drawn clockwise is no error: what counts is that all cells of one entity turn the same way.
     turns = np.sign(np.bincount(entities, weights=np.sign(sines).sum(axis=1)))[entities]
-    bad = np.flatnonzero((sines * turns[:, None]).min(axis=1) <= _FLAT)
+    bad = np.flatnonzero(not_convex(sines, turns))
     if len(bad):
-        centre = ", ".join(f"{x:.6g}" for x in corners[bad[0]].mean(axis=0))
-        raise InputError(
-            f"{len(bad)} of the {len(corners)} cells of {path} are inverted or have a corner of 180 degrees or more, "
-            f"the first at ({centre}): convex cells would be right"
-        )
-
-
-def _corner_sines(shape: str, corners: Floats) -> Floats:
-    """Determinant of the unit edge vectors at each corner, (cells, corners), of one sign in a convex cell."""
-    count, dim = corners.shape[1:]
-    tensor = shape in ("quadrilateral", "hexahedron")
-    sines = []
-    for corner in range(count if tensor else 1):
-        # In DOLFINx's order the bits of a corner's number are its reference coordinates.
-        ends = [corner ^ (1 << axis) for axis in range(dim)] if tensor else list(range(1, dim + 1))
-        edges = corners[:, ends] - corners[:, [corner]]
-        lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-        unit = np.divide(edges, lengths, out=np.zeros_like(edges), where=lengths > 0.0)
-        sines.append((-1) ** corner.bit_count() * np.linalg.det(unit))
-    return np.stack(sines, axis=1)
+        raise InputError(complaint(len(bad), len(corners), corners[bad[0]], path))
 
 
 def split(parts: Parts, refine: int, path: str | Path) -> Parts:
@@ -97,6 +80,10 @@ def split(parts: Parts, refine: int, path: str | Path) -> Parts:
         return parts
     if parts.dim != 2:
         raise InputError(f"refine = {refine} works on two-dimensional meshes only, and {path} has {parts.shape}s")
+    if len(parts.cells) * refine**2 > MOST_CELLS:
+        raise InputError(
+            f"refine = {refine} makes {len(parts.cells)} cells of {path} more than {MOST_CELLS:g}, too many"
+        )
     weights, pieces = lattice(parts.shape, refine)
     side_weights, side_pieces = lattice("interval", refine)
     keys = [_mean_keys(parts.cells, weights)]

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import signal
+import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from numbers import Integral
@@ -16,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from growthx.errors import InputError
+from growthx.errors import LARGEST, InputError, require_kind, shown
 from growthx.mesh import Mesh
 from growthx.mesh_parts import Parts, check_corners, check_facets, distribute, split
 
@@ -33,6 +36,7 @@ _SHAPES = {
 }
 PLANE_CELLS = ("quadrilateral", "triangle")
 _OFF_PLANE = 1e-9  # height over the mesh's extent, below which a surface counts as plane
+_NO_COMMAND = re.compile(rb'"[^"]*"|//[^\n]*|/\*.*?\*/', re.DOTALL)  # text and comments of a script
 # gmsh is silent and reads a script to its end: if an error raised (AbortOnError = 2, its default in Python), its parser
 # would keep the rest of the script and prepend it to the next file.
 _OPTIONS = {"General.Terminal": 0, "General.AbortOnError": 1}
@@ -79,10 +83,15 @@ def read(path: str | Path, *, refine: int = 1, comm: MPI.Comm = MPI.COMM_WORLD, 
     problem: Exception | None = None
     if comm.rank == 0:
         try:
+            require_kind(path, (str, Path), "the file of a mesh", "its path")
             _check_refine(refine)
             parts = split(_read_parts(Path(path), parameters), refine, path)
         except InputError as error:
             problem = error
+        except OSError as error:
+            problem = InputError(f"the file {path} cannot be read ({error.strerror}): check its path and permissions")
+        except MemoryError:
+            problem = InputError(f"the mesh of {path}, split by refine = {refine}, does not fit into memory")
         except Exception as error:  # not foreseen, but the other ranks must not wait for ever
             problem = RuntimeError(f"reading {path} failed: {error!r}")
             problem.__cause__ = error
@@ -111,6 +120,7 @@ def _read_parts(path: Path, parameters: Mapping[str, float]) -> Parts:
                 f"the physical groups of {path} hold no cells but only curves or points: "
                 "a named group of surfaces or volumes would be right"
             )
+        _check_extent(gmsh, path)
         if len(gmsh.model.mesh.getElementTypes(dim)) == 0:
             with _gmsh_errors(gmsh, path):
                 gmsh.model.mesh.generate(dim)
@@ -118,8 +128,8 @@ def _read_parts(path: Path, parameters: Mapping[str, float]) -> Parts:
 
 
 def _check_refine(refine: int) -> None:
-    if not isinstance(refine, Integral) or refine < 1:
-        raise InputError(f"refine is {refine!r}: a whole number of at least 1 would be right")
+    if not isinstance(refine, Integral) or isinstance(refine, bool) or refine < 1:
+        raise InputError(f"refine is {shown(refine)}: a whole number of at least 1 would be right")
 
 
 def _check_file(path: Path, parameters: Mapping[str, float]) -> None:
@@ -133,6 +143,8 @@ def _check_file(path: Path, parameters: Mapping[str, float]) -> None:
     if path.suffix == ".geo":
         if content.rpartition(b"\n")[2].strip():
             raise InputError(f"gmsh would skip the last line of {path}: a line break at its end would be right")
+        if re.search(rb"\bExit\s*;", _NO_COMMAND.sub(b" ", content)):
+            raise InputError(f"{path} has an Exit, with which gmsh would end the whole program: none would be right")
         return
     if parameters:
         raise InputError(f"{path} is a mesh and takes no parameters ({_quoted(parameters)}): a .geo script would")
@@ -158,7 +170,8 @@ def _gmsh_session(path: Path) -> Iterator[Any]:
         gmsh.option.setNumber(name, value)
     gmsh.logger.start()
     try:
-        yield gmsh
+        with _interruptible():
+            yield gmsh
     finally:
         gmsh.logger.stop()
         if nested:
@@ -170,6 +183,20 @@ def _gmsh_session(path: Path) -> Iterator[Any]:
                 gmsh.option.setNumber(name, value)
         else:
             gmsh.finalize()
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end the program at once: nothing else is heard while gmsh reads an endless script."""
+    if threading.current_thread() is not threading.main_thread():  # which alone may say so
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _open(gmsh: Any, path: Path) -> None:
@@ -187,7 +214,10 @@ def _gmsh_errors(gmsh: Any, path: Path) -> Iterator[None]:
         yield
     except Exception as error:  # gmsh raises nothing more special
         raised = [str(error)]
-    logged = [line.removeprefix("Error: ") for line in gmsh.logger.get()[earlier:] if line.startswith("Error: ")]
+    try:
+        logged = [line.removeprefix("Error: ") for line in gmsh.logger.get()[earlier:] if line.startswith("Error: ")]
+    except UnicodeDecodeError:  # gmsh quotes what it does not understand
+        logged = ["it has bytes that are no text"]
     if messages := logged + raised:
         raise InputError(f"gmsh cannot make a mesh of {path}: {messages[0]}")
 
@@ -203,11 +233,20 @@ def _set_parameters(gmsh: Any, path: Path, parameters: Mapping[str, float]) -> N
         gmsh.onelab.setNumber(known[name], [float(value)])
 
 
+def _check_extent(gmsh: Any, path: Path) -> None:
+    """Refuse a geometry that reaches out to where gmsh would not come to an end."""
+    box = gmsh.model.getBoundingBox(-1, -1) if gmsh.model.getEntities() else (0.0,)
+    if not np.all(np.abs(box) <= LARGEST):
+        raise InputError(
+            f"{path} has points that are nowhere, or too far to be meant: finite coordinates would be right"
+        )
+
+
 def _check_value(parameter: Mapping[str, Any], path: Path, name: str, value: float) -> None:
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"the parameter '{name}' of {path} is {value!r}: a number would be right") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"the parameter '{name}' of {path} is {shown(value)}: a number would be right") from None
     low, high, choices = parameter["min"], parameter["max"], parameter.get("choices", [number])
     if not low <= number <= high:
         raise InputError(f"the parameter '{name}' of {path} is {number:g}: {low:g} to {high:g} would be right")
@@ -279,7 +318,14 @@ def _coordinates(gmsh: Any, path: Path, dim: int, nodes: Indices) -> Floats:
     """Coordinates (nodes, dim) of the nodes with these gmsh tags."""
     tags, flat, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
-    points: Floats = flat.reshape(-1, 3)[order[np.searchsorted(tags, nodes, sorter=order)]]
+    place = np.minimum(np.searchsorted(tags, nodes, sorter=order), len(tags) - 1)
+    if not np.array_equal(np.asarray(tags)[order[place]], nodes):
+        raise InputError(f"the cells of {path} have nodes that it does not tell: a file that is whole would be right")
+    points: Floats = flat.reshape(-1, 3)[order[place]]
+    if not np.all(np.abs(points) <= LARGEST):
+        raise InputError(
+            f"{path} has nodes that are nowhere, or too far to be meant: finite coordinates would be right"
+        )
     if dim == 2 and np.abs(points[:, 2]).max() > _OFF_PLANE * np.ptp(points, axis=0).max():
         raise InputError(f"the surfaces of {path} leave the plane z = 0: a plane mesh or named volumes would be right")
     return points[:, :dim]

@@ -10,9 +10,9 @@ import ufl
 
 from growthx import balances, kernels
 from growthx.assembly import assemble
-from growthx.errors import InputError
 from growthx.kinematics import deformation_gradient, volume_ratio
-from growthx.open_loads import OpenLoad
+from growthx.memory import Memory
+from growthx.open_loads import OpenLoad, expression
 
 if TYPE_CHECKING:
     from growthx.arrays import Floats
@@ -76,12 +76,7 @@ class Momentum:
     def _force(self, load: OpenLoad, u: Any, rho: Any) -> Any:
         """The force of an open load; InputError if it is not a vector with an entry for each direction."""
         mesh = self._scene.mesh
-        force = ufl.as_ufl(load.force(u, rho, mesh))
-        if force.ufl_shape != (mesh.dim,):
-            where = "in the whole body" if load.on is None else f"on '{load.on}'"
-            shape = force.ufl_shape or "of a scalar"
-            raise InputError(f"the open load {where} has values of shape {shape}: a vector of {mesh.dim} is needed")
-        return force
+        return expression(load.force(u, rho, mesh), (mesh.dim,), f"the open load {load.place}")
 
     def mean_energy(self, us: list[Any]) -> Any:
         """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, energy per reference volume."""
@@ -102,6 +97,19 @@ class Momentum:
             old = self._old_displacement.x.array
             self._old_velocity.x.array[:] = (displacement - old) / float(self._time_step.value)
             old[:] = displacement
+
+    def memory(self) -> Memory:
+        """With inertia, the motion at the start of the next step."""
+        if self._scene.inertia is None:
+            return Memory()
+        motion = {"old_displacement": self._old_displacement, "old_velocity": self._old_velocity}
+        return Memory(displacements={name: function.x.array.copy() for name, function in motion.items()})
+
+    def recall(self, memory: Memory) -> None:
+        """Know that again."""
+        if self._scene.inertia is not None:
+            self._old_displacement.x.array[:] = memory.displacements["old_displacement"]
+            self._old_velocity.x.array[:] = memory.displacements["old_velocity"]
 
     def _inertia(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
         return balances.inertia(u, self._old_displacement, self._old_velocity, rho, test, self._time_step, dV)

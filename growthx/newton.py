@@ -11,13 +11,19 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from growthx import linear_solvers
+from growthx.interruption import ignore_broken_pipes
 from growthx.kept_factor import KeptFactor
 
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
 
+ignore_broken_pipes()
+
 # Command-line options of PETSc under this prefix override what is chosen below, as in -growthx_pc_type.
 PREFIX = "growthx_"
+
+DOUBTFUL = 1 / 16  # share of a Newton step
+ROUGH = 1e-4  # tolerance where a solution is but a place to go on from
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,7 @@ class NewtonReport:
     reason: a part of a sentence.
     residuals, factorisations: how often each was computed; of an iterative linear solver, its preconditioners.
     linear_solver: what solved the linear systems, in words.
+    shortest_step: smallest share of a Newton step that was taken (of PETSc's own methods not known, 1).
     """
 
     converged: bool
@@ -37,6 +44,12 @@ class NewtonReport:
     residuals: int = 0
     factorisations: int = 0
     linear_solver: str = ""
+    shortest_step: float = 1.0
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the way was so winding that the solution may not be the one that continues the last state."""
+        return self.shortest_step < DOUBTFUL
 
 
 class Newton:
@@ -61,6 +74,7 @@ class Newton:
     ) -> None:
         self.problem = problem
         self._force_scale = problem.force_scale()
+        self._tolerance, self._maximum_iterations = tolerance * self._force_scale, maximum_iterations
         self._residuals = self._factorisations = 0
         self._matrix = petsc.create_matrix(problem.coupling)
         self._solution = PETSc.Vec().createMPI((len(problem.nodal_load), None), comm=problem.comm)
@@ -69,16 +83,18 @@ class Newton:
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._assemble_residual, residual)
         snes.setJacobian(self._assemble_tangent, self._matrix)
+        self._kept: KeptFactor | None = None
         limits = problem.limits()
         if limits is not None:
             snes.setType("vinewtonrsls")
         elif full:
             snes.setType("newtonls")
         else:
+            self._kept = KeptFactor(untouched * self._force_scale, problem.largest_share)
             snes.setType("python")
-            snes.setPythonContext(KeptFactor(untouched * self._force_scale))
+            snes.setPythonContext(self._kept)
         snes.setForceIteration(untouched < tolerance)
-        snes.setTolerances(atol=tolerance * self._force_scale, rtol=0.0, stol=0.0, max_it=maximum_iterations)
+        self._set_tolerance(self._tolerance)
         snes.setConvergenceHistory(length=maximum_iterations + 1, reset=True)
         self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix, direct=full)
         if limits is not None and not PETSc.Options(PREFIX).hasName("snes_linesearch_type"):
@@ -94,14 +110,24 @@ class Newton:
             snes.setVariableBounds(*self._limits)
             snes.setSolution(self._solution)
 
-    def solve(self) -> NewtonReport:
-        """Bring the running iterate to balance, starting from what it is."""
+    def _set_tolerance(self, tolerance: float) -> None:
+        self._snes.setTolerances(atol=tolerance, rtol=0.0, stol=0.0, max_it=self._maximum_iterations)
+
+    def solve(self, *, roughly: bool = False) -> NewtonReport:
+        """Bring the running iterate to balance, starting from what it is (collective).
+
+        A balance that is known not to be stable counts as none.  roughly: to a tolerance of `ROUGH` at least.
+        """
+        self._set_tolerance(max(self._tolerance, ROUGH * self._force_scale) if roughly else self._tolerance)
         self._residuals = self._factorisations = 0
         unknown = self.problem.unknown.x.array
         self._solution.array_w[:] = unknown[: self._solution.local_size]
         try:
             self._snes.solve(None, self._solution)
         except PETSc.Error as error:
+            origin = _origin(error)
+            if origin is not error:
+                raise origin from None
             # A factorisation that PETSc itself gives up on fails the step; anything else is a defect of ours.
             if error.ierr not in (PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_MAT_CH_ZRPVT, PETSC_ERR_FP, PETSC_ERR_LIB):
                 raise
@@ -110,7 +136,19 @@ class Newton:
         code = self._snes.getConvergedReason()
         if code > 0:  # else the iterate stays where it failed, to be asked why
             self._return_to(self._solution)
+            if unstable := self._unstable_directions():
+                return self._report(False, norms, _unstable(unstable))
         return self._report(code > 0, norms, _REASONS.get(code, f"SNES reason {code}"))
+
+    def _unstable_directions(self) -> int:
+        """Number of negative pivots of a symmetric tangent; looked for only where the last factorised one has some."""
+        scene = self.problem.scene
+        # Of a model that is not well posed no balance need be stable.
+        well_posed = scene.growth.power(scene.material) < 0
+        if not (self.problem.symmetric and well_posed and self.linear_solver.negative_pivots):
+            return 0
+        self._snes.computeJacobian(self._solution, self._matrix)
+        return self.linear_solver.negative_pivots
 
     def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
         return NewtonReport(
@@ -121,6 +159,7 @@ class Newton:
             self._residuals,
             self._factorisations,
             self.linear_solver.description,
+            1.0 if self._kept is None else self._kept.shortest_step,
         )
 
     def destroy(self) -> None:
@@ -148,6 +187,16 @@ class Newton:
         self._return_to(x)
         assemble_tangent(self.problem, P)
         self.linear_solver.refresh()
+
+
+def _unstable(directions: int) -> str:
+    count = "one direction" if directions == 1 else f"{directions} directions"
+    return f"the balance that was found is not stable: the body gives way in {count}"
+
+
+def _origin(error: BaseException) -> BaseException:
+    """What was raised while PETSc called us, such as bad input or Ctrl-C, which it hands on as an error of its own."""
+    return error if error.__cause__ is None else _origin(error.__cause__)
 
 
 def assemble_tangent(problem: Discretisation, matrix: PETSc.Mat) -> None:

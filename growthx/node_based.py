@@ -13,6 +13,7 @@ import basix.ufl
 import dolfinx
 import numpy as np
 import ufl
+from mpi4py import MPI
 
 from growthx import balances, compat
 from growthx.assembly import assemble
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices
     from growthx.scene import Scene
     from growthx.variants import Variant
+
+
+LEAST_LEFT = 0.01  # of a density, by one Newton step
 
 
 class NodeBased(Discretisation):
@@ -75,6 +79,8 @@ class NodeBased(Discretisation):
         self.residuals = [self.compile.form(form) for form in forms]
         self.tangents = [self.compile.form(ufl.derivative(form, self.unknown)) for form in forms]
         self.coupling = self.tangents[0]
+        owned_size = W.dofmap.index_map.size_local * W.dofmap.index_map_bs
+        self._owned_densities = self._density_part[self._density_part < owned_size]
         self._hold([W.sub(case) for case in range(len(us))])
         self._hold_densities(W)
         self._rest_densities(W)
@@ -100,11 +106,7 @@ class NodeBased(Discretisation):
         mesh, degree = self.scene.mesh, 2 * self.density_space.element.basix_element.degree
         forms = []
         for influx in self.scene.influx:
-            rate = ufl.as_ufl(influx.value(us[0], rho, mesh))
-            if rate.ufl_shape:
-                raise InputError(
-                    f"the influx on '{influx.on}' has values of shape {rate.ufl_shape}: a scalar is needed"
-                )
+            rate = influx.value(us[0], rho, mesh)
             forms.append(balances.influx(rate, test, mesh.boundary_measure(influx.on, degree)))
         return forms
 
@@ -187,6 +189,7 @@ class NodeBased(Discretisation):
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
+        super().accept_step()
         self.momentum.remember_motion(self.iterate_displacement())
         for case, u in enumerate(self.displacements):
             u.x.array[:] = self.iterate_displacement(case)
@@ -195,9 +198,17 @@ class NodeBased(Discretisation):
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
+        super().reject_step()
         for part, u in zip(self.parts, self.displacements, strict=True):
             self.unknown.x.array[part] = u.x.array
         self.unknown.x.array[self._density_part] = self.accepted_density
+
+    def largest_share(self, position: Floats, step: Floats) -> float:
+        """What leaves of each nodal density `LEAST_LEFT` of what it is."""
+        dofs = self._owned_densities
+        density, fall = position[dofs], -step[dofs]
+        shares = (1 - LEAST_LEFT) * density[fall > 0] / fall[fall > 0]
+        return float(self.comm.allreduce(shares.min(initial=1.0), MPI.MIN))
 
     def iterate_density(self) -> Floats:
         """Density of the running iterate."""

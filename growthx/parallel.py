@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import traceback
@@ -18,7 +19,9 @@ def guarded(main: Callable[[], int | None]) -> int:
     """
     signal.signal(signal.SIGTERM, _terminate)
     try:
-        return main() or 0
+        status = main() or 0
+        sys.stdout.flush()
+        return status
     except GrowthxError as error:
         if _rank() == 0:
             print(f"growthx: {error}", file=sys.stderr)
@@ -26,12 +29,27 @@ def guarded(main: Callable[[], int | None]) -> int:
     except KeyboardInterrupt:
         return _ended("interrupted", 130)
     except BrokenPipeError:
-        sys.stderr.close()  # whoever read our output has left: nothing is wrong, and nobody to tell
-        return 1
+        return _speechless()  # whoever read our output has left: nothing is wrong, and nobody to tell
+    except OSError as error:
+        if error.filename is not None:  # files that we write have names, and errors of their own
+            return _defect()
+        print(f"growthx: the output cannot be written ({error.strerror})", file=sys.stderr)
+        return _speechless()
     except Exception:
-        traceback.print_exc()
-        _abort(1)
-        return 1
+        return _defect()
+
+
+def _defect() -> int:
+    traceback.print_exc()
+    _abort(1)
+    return 1
+
+
+def _speechless() -> int:
+    """End without another word on stdout, which Python would try once more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    _abort(1)
+    return 1
 
 
 def _terminate(signum: int, frame: object) -> None:

@@ -179,6 +179,7 @@ class PointBased(Discretisation):
 
     def accept_step(self) -> None:
         """Make the running iterate the state."""
+        super().accept_step()
         self.accepted_density[:] = self.density.x.array
         self._accepted[:] = self.unknown.x.array
         if len(self.cases) > 1:
@@ -189,6 +190,7 @@ class PointBased(Discretisation):
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""
+        super().reject_step()
         self.density.x.array[:] = self.accepted_density
         self.unknown.x.array[:] = self._accepted
 

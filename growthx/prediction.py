@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from growthx.memory import Memory
+
 if TYPE_CHECKING:
     from mpi4py import MPI
 
@@ -44,6 +46,17 @@ class Prediction:
             for degree, error in enumerate(self._comm.allreduce(np.array(errors)))
         ]
         self._known = [*self._known, (time, unknown)][-HIGHEST - 1 :]
+
+    def memory(self) -> Memory:
+        """The times and unknowns that it knows, and how well each degree did."""
+        numbers = {"foretold_from": [time for time, _ in self._known], "degrees": [float(e) for e in self._errors]}
+        return Memory(numbers, {f"known_{place}": unknown for place, (_, unknown) in enumerate(self._known)})
+
+    def recall(self, memory: Memory) -> None:
+        """Know again what was known."""
+        times = memory.numbers["foretold_from"]
+        self._known = [(time, memory.unknowns[f"known_{place}"].copy()) for place, time in enumerate(times)]
+        self._errors = memory.numbers["degrees"]
 
     def at(self, time: float) -> Floats | None:
         """The unknown foretold for a time after the last one; None if that is what it was there."""

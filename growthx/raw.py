@@ -8,10 +8,10 @@ import basix.ufl
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx.io import VTKFile
 
 from growthx import compat
 from growthx.sampling import positions
+from growthx.series import Series
 from growthx.subcells import subcells
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class NodeWriter:
 
     def __init__(self, folder: Path, problem: Discretisation) -> None:
         self._problem = problem
-        self._file = VTKFile(problem.comm, folder / "raw.pvd", "w")
+        self._file = Series(folder / "raw.pvd", problem.comm)
         mesh, degree = problem.scene.mesh, problem.density_space.element.basix_element.degree
         space = dolfinx.fem.functionspace(mesh.domain, ("Lagrange", degree, (mesh.dim,)))
         self._displacement = dolfinx.fem.Function(space, name="displacement")
@@ -41,7 +41,7 @@ class NodeWriter:
     def write(self, time: float) -> None:
         """Append the state at a time."""
         self._displacement.interpolate(self._problem.displacement)
-        self._file.write_function([self._displacement, self._problem.density], time)
+        self._file.write([self._displacement, self._problem.density], time)
 
     def close(self) -> None:
         """Finish the files."""
@@ -56,7 +56,7 @@ class PointWriter:
 
     def __init__(self, folder: Path, problem: Discretisation) -> None:
         self._problem = problem
-        self._file = VTKFile(problem.comm, folder / "raw.pvd", "w")
+        self._file = Series(folder / "raw.pvd", problem.comm)
         mesh, variant = problem.scene.mesh, problem.variant
         self._points = variant.integration_points(mesh.cell_name)
         self._parts = subcells(mesh.cell_name, self._points)
@@ -87,7 +87,7 @@ class PointWriter:
             function = dolfinx.fem.Function(self._per_cell, name=name)
             function.x.array[self._cells] = at_points[:, self._parts.points].ravel()
             functions.append(function)
-        self._file.write_function(functions, time)
+        self._file.write(functions, time)
 
     def close(self) -> None:
         """Finish the files."""

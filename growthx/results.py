@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import csv
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx.io import VTKFile
 
 from growthx import compat
 from growthx.assembly import assemble
-from growthx.errors import InputError
+from growthx.errors import InputError, OutputError, require_kind
 from growthx.raw import raw_writer
+from growthx.series import HIDDEN, Series, agreed, aside
 from growthx.smoothing import smoothed_density
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from mpi4py import MPI
 
@@ -28,19 +29,26 @@ if TYPE_CHECKING:
     from growthx.run import Result
 
 
-def new_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
-    """Make a folder for results, on all ranks; InputError if it holds anything already or cannot be written."""
+def new_folder(
+    path: str | os.PathLike[str], comm: MPI.Comm, beside: Callable[[Path], bool] = lambda file: False
+) -> Path:
+    """Make a folder for results, on all ranks; InputError if it holds anything already or cannot be written.
+
+    beside: whether a file may be there already.
+    """
     problem = ""
+    require_kind(path, (str, os.PathLike), "the folder for results", "its path")
     folder = Path(path)
     if comm.rank == 0:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if any(folder.iterdir()):
+            if not all(beside(file) for file in folder.iterdir() if file.name != HIDDEN):
                 problem = f"the folder {folder} is not empty: a new or empty one would keep what is there"
             elif not os.access(folder, os.W_OK):
                 problem = f"the folder {folder} is not writable: one you may write to would be right"
-        except OSError as error:
-            problem = f"the folder {folder} cannot be made ({error.strerror}): one you may write to would be right"
+        except (OSError, ValueError) as error:  # ValueError: a name that no file may have
+            reason = error.strerror if isinstance(error, OSError) else error
+            problem = f"the folder {folder} cannot be made ({reason}): one you may write to would be right"
     if problem := comm.bcast(problem):
         raise InputError(problem)
     return folder
@@ -48,11 +56,13 @@ def new_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
 
 def free_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
     """Make `path`, or the first of `path-2`, `path-3`, … that is new or empty, on all ranks."""
+    require_kind(path, (str, os.PathLike), "the folder for results", "its path")
     folder, count = Path(path), 1
     if comm.rank == 0:
-        while folder.is_dir() and any(folder.iterdir()):
-            count += 1
-            folder = Path(f"{path}-{count}")
+        with suppress(OSError):  # which `new_folder` meets again
+            while folder.is_dir() and any(folder.iterdir()):
+                count += 1
+                folder = Path(f"{path}-{count}")
     return new_folder(comm.bcast(folder), comm)
 
 
@@ -98,7 +108,7 @@ class FieldWriter:
     def __init__(self, folder: Path, problem: Discretisation) -> None:
         self._problem = problem
         mesh = problem.scene.mesh
-        self._file = VTKFile(problem.comm, folder / "fields.pvd", "w")
+        self._file = Series(folder / "fields.pvd", problem.comm)
         self._per_cell = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
         self._displacement = dolfinx.fem.Function(
             dolfinx.fem.functionspace(mesh.domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
@@ -113,7 +123,7 @@ class FieldWriter:
             function.x.array[: len(values)] = values
             function.x.scatter_forward()
             functions.append(function)
-        self._file.write_function(functions, time)
+        self._file.write(functions, time)
 
     def close(self) -> None:
         """Finish the files."""
@@ -143,12 +153,21 @@ def write_history(folder: Path, result: Result) -> None:
 
 
 def write(folder: Path, result: Result) -> None:
-    """Write the last state's fields, as means and raw, and the history into a folder made by `new_folder`."""
-    for writer in (FieldWriter(folder, result.problem), raw_writer(folder, result.problem)):
-        writer.write(result.time)
-        writer.close()
-    write_history(folder, result)
-    result.problem.comm.barrier()  # when a rank goes on, all is there
+    """Write the last state's fields, as means and raw, and the history into a folder made by `new_folder` (collective).
+
+    All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
+    accepted step, whose state would be there to write.
+    """
+    if not result.steps:
+        raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
+    comm = result.problem.comm
+    with aside(folder, comm) as hidden:
+        for make in (FieldWriter, raw_writer):
+            writer = make(hidden, result.problem)
+            writer.write(result.time)
+            writer.close()
+        with agreed(folder, comm):
+            write_history(hidden, result)
 
 
 def summary(result: Result) -> Mapping[str, object]:

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from growthx.arrays import Floats
-from growthx.errors import InputError, require, require_number
-from growthx.fields import Field
+from growthx.errors import (
+    InputError,
+    raise_on_all,
+    require,
+    require_each,
+    require_kind,
+    require_name,
+    require_number,
+)
+from growthx.fields import Field, vector
+from growthx.growth import GrowthLaw
 from growthx.loads import Load, LoadCase
+from growthx.material import Material
+from growthx.mesh import Mesh
 from growthx.open_loads import OpenLoad
 from growthx.supports import PointSupport, Support
-
-if TYPE_CHECKING:
-    from growthx.growth import GrowthLaw
-    from growthx.material import Material
-    from growthx.mesh import Mesh
-    from growthx.transport import Influx, MassFlux, PrescribedDensity
+from growthx.transport import Influx, MassFlux, PrescribedDensity
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,7 @@ class Program:
             raise InputError(
                 f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps"
             )
+        require_kind(self.requested, (tuple, list, np.ndarray), "the requested times", "a tuple of times")
         for time in self.requested:
             require_number(time, "a requested time", f"one above 0 and up to {self.until:g}", self._is_within)
 
@@ -80,6 +86,9 @@ class Inertia:
 
     lumped: bool = False
 
+    def __post_init__(self) -> None:
+        require_kind(self.lumped, bool, "lumped, of the inertia,", "True or False")
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -110,6 +119,7 @@ class Scene:
     cases: tuple[LoadCase, ...] = ()
 
     def __post_init__(self) -> None:
+        self._check_kinds()
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
@@ -134,19 +144,52 @@ class Scene:
             if open_load.on is not None:
                 self.mesh.boundary(open_load.on)
         held = [support.components(self.mesh.dim) for support in self.supports]
-        if not any(held):
+        springs = any(load.may_hold for load in self.open_loads)
+        if not (any(held) or springs or self.inertia):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
         for load in self.dead_loads:
             load.measure(self.mesh, 1)
-            entries = len(load.intensity(self.mesh.domain.geometry.x[:1].T))
-            if entries != self.mesh.dim:
-                raise InputError(f"the load {load.place} has {entries} entries: the mesh needs {self.mesh.dim}")
+            self._check_entries(load)
         if isinstance(self.growing, str):
             raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
+        if self.growing is not None:
+            object.__setattr__(self, "growing", require_each(self.growing, str, "growing", "region's name"))
         if self.growing == ():
             raise InputError(f"no region of the scene '{self.name}' grows: name one, or None for the whole body")
         for region in self.growing or ():
             self.mesh.region(region)
+
+    def _check_kinds(self) -> None:
+        require_name(self.name, "the name of the scene")
+        of = f"of the scene '{self.name}'"
+        for value, kind, what, wanted in (
+            (self.mesh, Mesh, "the mesh", "a growthx.Mesh, as meshing.read or Mesh.with_names makes them,"),
+            (self.material, Material, "the material", "a Material"),
+            (self.growth, GrowthLaw, "the growth", "a GrowthLaw"),
+            (self.program, Program, "the program", "a Program"),
+            (self.flux, (MassFlux, type(None)), "the flux", "a MassFlux or None"),
+            (self.inertia, (Inertia, type(None)), "the inertia", "an Inertia or None"),
+        ):
+            require_kind(value, kind, f"{what} {of}", wanted)
+        parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
+            ("supports", (Support, PointSupport), "Support"),
+            ("loads", (Load, OpenLoad), "load"),
+            ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
+            ("influx", Influx, "Influx"),
+            ("cases", LoadCase, "LoadCase"),
+        )
+        for name, kinds, wanted in parts:
+            object.__setattr__(self, name, require_each(getattr(self, name), kinds, f"{name} {of}", wanted))
+
+    def _check_entries(self, load: Load) -> None:
+        problem, dim = "", self.mesh.dim
+        try:
+            entries = len(vector(load.intensity)(self.mesh.domain.geometry.x[:1].T))
+            if entries != dim:
+                problem = f"the load {load.place} has {entries} entries: the mesh needs {dim}"
+        except InputError as error:
+            problem = f"the load {load.place} cannot be told: {error}"
+        raise_on_all(self.mesh.domain.comm, problem)
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:

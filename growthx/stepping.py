@@ -7,7 +7,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from growthx.errors import require_number
+from growthx.errors import require_kind, require_number
+from growthx.memory import Memory
 from growthx.time_schemes import IMPLICIT_EULER, TR_BDF2, TimeScheme
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from growthx.scene import Program
 
 SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
+MOST_FAILURES = 60  # more than half the steps that were solved: a run that creeps on comes to nothing
 SAFETY = 0.9  # of the step whose estimated error would be the tolerance
 WIDEST, NARROWEST = 5.0, 0.2  # change from one step to the next
 FAILED = 0.25  # of a step that could not be solved
@@ -29,6 +31,7 @@ class StepControl(ABC):
 
     def __init__(self, program: Program) -> None:
         self._program = program
+        self._failures = 0.0  # less half the steps that were solved since
 
     @abstractmethod
     def targets(self) -> Floats:
@@ -39,17 +42,35 @@ class StepControl(ABC):
         """End of the step that begins at a time and goes no further than a target."""
 
     @property
-    @abstractmethod
     def hopeless(self) -> bool:
-        """Whether the steps have become so short that the run must end."""
+        """Whether steps have become so short, or have failed so often, that the run must end."""
+        return self._too_short or self._failures > MOST_FAILURES
+
+    @property
+    @abstractmethod
+    def _too_short(self) -> bool: ...
 
     @abstractmethod
     def failed(self, time_step: float) -> None:
         """A step could not be solved: the next one is shorter."""
+        self._failures += 1
 
     @abstractmethod
     def accepts(self, time_step: float, error: float) -> bool:
         """Whether a solved step of that estimated error is good enough."""
+
+    def _solved(self) -> None:
+        self._failures = max(0.0, self._failures - 0.5)
+
+    @abstractmethod
+    def memory(self) -> Memory:
+        """What it has learnt of the steps so far."""
+        return Memory({"failures": self._failures})
+
+    @abstractmethod
+    def recall(self, memory: Memory) -> None:
+        """Know that again."""
+        self._failures = memory.numbers["failures"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +88,8 @@ class Stepping(ABC):
     predicted: bool = True
 
     def __post_init__(self) -> None:
+        require_kind(self.scheme, TimeScheme, "the scheme of time integration", "a TimeScheme")
+        require_kind(self.predicted, bool, "predicted, of the steps,", "True or False")
         if self.equilibrium is not None:
             require_number(self.equilibrium, "the share of equilibrium", "a positive number", lambda share: share > 0)
 
@@ -109,7 +132,7 @@ class AdaptiveSteps(Stepping):
         require_number(
             self.tolerance, "the tolerance of density", "a number between 0 and 1", lambda tolerance: 0 < tolerance < 1
         )
-        if not self.longest > 0:
+        if self.longest != math.inf:
             require_number(self.longest, "the longest time step", "a positive number", lambda step: step > 0)
 
     def control(self, program: Program) -> StepControl:
@@ -140,15 +163,26 @@ class _Nominal(StepControl):
         return target if pieces == 1 else time + remaining / pieces
 
     @property
-    def hopeless(self) -> bool:
+    def _too_short(self) -> bool:
         return self._cut < SMALLEST_CUT
 
     def failed(self, time_step: float) -> None:
+        super().failed(time_step)
         self._cut /= 2
 
     def accepts(self, time_step: float, error: float) -> bool:
+        self._solved()
         self._cut = min(1.0, 2 * self._cut)
         return True
+
+    def memory(self) -> Memory:
+        memory = super().memory()
+        memory.numbers["cut"] = self._cut
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        super().recall(memory)
+        self._cut = memory.numbers["cut"]
 
 
 class _FromError(StepControl):
@@ -174,13 +208,15 @@ class _FromError(StepControl):
         return time + (remaining / 2 if pieces == 2 else self._step)
 
     @property
-    def hopeless(self) -> bool:
+    def _too_short(self) -> bool:
         return self._step < SMALLEST_CUT * self._program.step
 
     def failed(self, time_step: float) -> None:
+        super().failed(time_step)
         self._step = FAILED * time_step
 
     def accepts(self, time_step: float, error: float) -> bool:
+        self._solved()
         accepted = error <= self._tolerance  # not so where it is not a number
         change = SAFETY * (self._tolerance / error) ** (1 / self._order) if error > 0 else WIDEST
         following = time_step * (min(max(change, NARROWEST), WIDEST) if math.isfinite(error) else NARROWEST)
@@ -188,3 +224,12 @@ class _FromError(StepControl):
             following = max(following, self._step if time_step < self._step else 0.0)
         self._step = min(following, self._longest)
         return accepted
+
+    def memory(self) -> Memory:
+        memory = super().memory()
+        memory.numbers["step"] = self._step
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        super().recall(memory)
+        self._step = memory.numbers["step"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from growthx.errors import InputError, require_number
+from growthx.errors import InputError, require_kind, require_name, require_number, require_vector, shown
 
 
 class _Held:
@@ -17,18 +17,22 @@ class _Held:
         """Where it holds, as a part of a sentence and as its name."""
         raise NotImplementedError
 
+    def _check_displacement(self) -> None:
+        what = f"the displacement of the support '{self.place}'"
+        if self.displacement is not None:
+            require_kind(self.displacement, (tuple, list), what, "a tuple of numbers or None")
+        for value in self.displacement or ():
+            if value is not None:
+                require_number(value, what, "a finite number", lambda _: True)
+
     def components(self, dim: int) -> list[tuple[int, float]]:
         """Pairs (direction, prescribed value) of the directions that are held."""
         values = (0.0,) * dim if self.displacement is None else self.displacement
         if len(values) != dim:
             raise InputError(
-                f"the displacement {values} of the support '{self.place}' has {len(values)} entries: "
+                f"the displacement {shown(values)} of the support '{self.place}' has {len(values)} entries: "
                 f"the mesh needs {dim}"
             )
-        for value in values:
-            if value is not None:
-                what = f"the displacement of the support '{self.place}'"
-                require_number(value, what, "a finite number", lambda _: True)
         return [(i, float(value)) for i, value in enumerate(values) if value is not None]
 
 
@@ -42,6 +46,10 @@ class Support(_Held):
 
     on: str
     displacement: tuple[float | None, ...] | None = None
+
+    def __post_init__(self) -> None:
+        require_name(self.on, "the boundary of a support")
+        self._check_displacement()
 
     @property
     def place(self) -> str:
@@ -58,6 +66,10 @@ class PointSupport(_Held):
 
     at: tuple[float, ...]
     displacement: tuple[float | None, ...] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", require_vector(self.at, "the place of a support"))
+        self._check_displacement()
 
     @property
     def place(self) -> str:

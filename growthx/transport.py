@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import ufl
 
-from growthx.errors import require, require_number
+from growthx.errors import is_function, require, require_function, require_name, require_number
 from growthx.fields import Field
+from growthx.open_loads import expression
 
 if TYPE_CHECKING:
     from growthx.material import Material
@@ -34,10 +35,15 @@ class MassFlux:
 
     def __post_init__(self) -> None:
         require(self.conduction, "the conduction R₀ᶠ", "a number of at least 0", lambda c: c >= 0)
+        if self.dependence is not None:
+            require_function(self.dependence, "the dependence of the conduction", "a function of ρ/ρ* or None")
 
     def flux(self, density: Any, material: Material) -> Any:
         """R = R₀ᶠ ∇ρ, mass per area and time."""
-        factor = 1.0 if self.dependence is None else self.dependence(density / material.reference_density)
+        factor: Any = 1.0
+        if self.dependence is not None:
+            relative = density / material.reference_density
+            factor = expression(self.dependence(relative), (), "the dependence of the conduction on density")
         return self.conduction * factor * ufl.grad(density)
 
 
@@ -49,6 +55,7 @@ class PrescribedDensity:
     density: float
 
     def __post_init__(self) -> None:
+        require_name(self.on, "the boundary of a prescribed density")
         require_number(self.density, f"the density held on '{self.on}'", "a positive number", lambda rho: rho > 0)
 
 
@@ -63,9 +70,11 @@ class Influx:
     rate: float | Callable[[Any, Any, Any], Any]
 
     def __post_init__(self) -> None:
-        if not callable(self.rate):
+        require_name(self.on, "the boundary of an influx")
+        if not is_function(self.rate):
             require_number(self.rate, f"the influx on '{self.on}'", "a finite number", lambda _: True)
 
     def value(self, u: Any, rho: Any, mesh: Mesh) -> Any:
         """r, mass per reference area and time."""
-        return self.rate(u, rho, ufl.SpatialCoordinate(mesh.domain)) if callable(self.rate) else self.rate
+        rate = self.rate(u, rho, ufl.SpatialCoordinate(mesh.domain)) if callable(self.rate) else self.rate
+        return expression(rate, (), f"the influx on '{self.on}'")

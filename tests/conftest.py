@@ -1,6 +1,7 @@
 """Every test runs in one rank or in several; a test that starts programs of its own is marked `serial`."""
 
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 from mpi4py import MPI
 
 COMM = MPI.COMM_WORLD
+COMPLAINT = re.compile(r"^.*(?:PETSC ERROR|WARNING!|CHOLMOD (?:error|warning)).*$", re.MULTILINE)
 
 
 @pytest.hookimpl(trylast=True)
@@ -30,9 +32,15 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item, call):
-    """End all ranks when a test fails on one: the others may be waiting for it."""
+    """Let what PETSc complains of be an error, as Python's warnings are.
+
+    End all ranks when a test fails on one: the others may be waiting for it.
+    """
     outcome = yield
     report = outcome.get_result()
+    complaints = COMPLAINT.findall(report.capstdout + report.capstderr)
+    if report.when == "call" and report.passed and complaints:
+        report.outcome, report.longrepr = "failed", f"PETSc complained: {complaints[0]}"
     if COMM.size > 1 and report.failed:
         print(
             f"rank {COMM.rank} of {COMM.size}: {item.nodeid} failed\n{report.longreprtext}",

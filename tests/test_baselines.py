@@ -7,7 +7,7 @@ import pytest
 from blocks import COMM, ROLLERS, block, densities, gathered, run, square
 
 import growthx as gx
-from growthx.baselines import NonLocal, Smoothed, checkerboard_index, frozen, update
+from growthx.baselines import NonLocal, Smoothed, checkerboard_index, frozen, high_frequency_index, update
 
 WHERE = (gx.Q1, gx.Q1P0, gx.Q1Q1)  # at points, in cells, at nodes
 variants = pytest.mark.parametrize("variant", WHERE, ids=lambda variant: variant.name)
@@ -145,12 +145,53 @@ def test_both_averages_flatten_a_checkerboard():
     assert max(left[1:]) < 0.25
 
 
+def board(places):
+    """A checkerboard of amplitude one half about one, at whole numbers."""
+    return 1 + 0.5 * (-1.0) ** (places[:, 0] + places[:, 1])
+
+
+def index_of(mesh, variant, values):
+    """Both indices of densities that are a function of position, (densities, 3) to (densities,)."""
+    problem = frozen(block(mesh), variant)
+    dofs = problem.density_dofs
+    problem.density.x.array[dofs] = values(problem.density_positions()[dofs])
+    return checkerboard_index(problem), high_frequency_index(problem)
+
+
 def test_the_index_of_a_checkerboard_at_the_nodes():
-    """Nodal densities have no jumps: there, neighbours are the ends of an edge."""
-    problem = frozen(block(square(4)), gx.Q1Q1)
-    place = np.round(4 * problem.density_positions()[problem.density_dofs])
-    problem.density.x.array[problem.density_dofs] = 1 + 0.5 * (-1.0) ** (place[:, 0] + place[:, 1])
-    assert checkerboard_index(problem) == pytest.approx(1.0, rel=1e-12)
+    """Nodal densities have no jumps: there, neighbours are nodes next to one another, mid-side ones included."""
+    every, _ = index_of(square(4), gx.Q1Q1, lambda x: board(np.round(4 * x)))
+    assert every == pytest.approx(1.0, rel=1e-12)
+    every, _ = index_of(square(4), gx.Q2Q2, lambda x: board(np.round(8 * x)))
+    assert every == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_jump_counts_against_the_densities_beside_it():
+    """Noise in what is nearly resorbed is as bad as noise in dense bone: the mean of the body is no measure of it."""
+    across = lambda x: np.where(x[:, 1] < 0.5, 0.01, 1.0) * board(np.floor(4 * x))  # noqa: E731
+    within, between = 1.0, [2 * abs(1.5 - 0.005) / 1.505, 2 * abs(0.5 - 0.015) / 0.515]
+    every, _ = index_of(square(4), gx.Q1P0, across)
+    assert every == pytest.approx((20 * within + 2 * sum(between)) / 24, rel=1e-12)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1, gx.Q1P0, gx.Q1Q1, gx.Q2Q2], ids=lambda variant: variant.name)
+@pytest.mark.parametrize("distorted", [True, False], ids=["distorted", "row"])
+def test_a_linear_density_has_no_high_frequencies(variant, distorted):
+    """A gradient that the mesh resolves is no noise, at the edge of the body and on distorted cells either."""
+    mesh = square(5, 0.05) if distorted else gx.meshing.read(gx.meshing.locate("bar.geo"), elements=8)
+    every, rest = index_of(mesh, variant, lambda x: 1 + 0.3 * x[:, 0] + 0.2 * x[:, 1])
+    assert every > 0.005
+    assert rest < 1e-12
+
+
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1], ids=lambda variant: variant.name)
+def test_a_checkerboard_on_a_slope_keeps_its_high_frequencies(variant):
+    """What the linear fit takes away is the slope and none of the board, but for a little at the edge of the body."""
+    cells = 12
+    count = np.floor if variant is gx.Q1P0 else np.round
+    every, rest = index_of(square(cells), variant, lambda x: 1 + x[:, 0] + 0.1 * board(count(cells * x)))
+    assert rest == pytest.approx(0.1 * np.log(2.1 / 1.1), rel=0.05)  # jumps of 0.1 over 1.1 … 2.1
+    assert every > rest
 
 
 @variants

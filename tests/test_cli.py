@@ -283,3 +283,40 @@ def test_steps_that_cannot_be_meant_are_refused(options, what, tmp_path):
     assert run.returncode == 2
     assert run.stderr.startswith(f"growthx: {what}")
     assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [("--json",), ()], ids=["json", "tables"])
+def test_a_reader_who_leaves_is_not_told(arguments, tmp_path):
+    """As in `growthx … | head -1`: PETSc would abort with a page about signal 13."""
+    command = [sys.executable, "-m", "growthx", "plate", "--n", "2", *arguments]
+    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, cwd=tmp_path, text=True, **pipe) as run:
+        run.stdout.close()
+        assert (run.stderr.read(), run.wait(timeout=120)) == ("", 1)
+
+
+def test_tables_that_cannot_be_written_are_one_sentence(tmp_path):
+    """Redirected to a disk that is full, they would be lost with a traceback that does not say so."""
+    command = [sys.executable, "-m", "growthx", "plate", "--n", "2"]
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(command, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120)
+    assert (run.stderr, run.returncode) == ("growthx: the output cannot be written (No space left on device)\n", 1)
+
+
+def test_a_run_whose_results_cannot_be_written_still_says_what_it_found(tmp_path):
+    """Hours of work end in a folder that has vanished: the tables are all there is of it."""
+    script = """
+import sys
+from growthx import cli, results
+from growthx.errors import OutputError
+import growthx.run
+def full(folder, result):
+    raise OutputError("the results cannot be written to out (No space left on device)")
+growthx.run.write = full
+raise SystemExit(cli.main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", script, "plate", "--n", "2", "--out", "out", "--json"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 1
+    assert run.stderr.startswith("growthx: the results cannot be written to out") and run.stderr.count("\n") == 1
+    assert json.loads(run.stdout)["converged"] is True

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from growthx.errors import EndedEarly, GrowthxError, InputError, require
+from growthx.errors import EndedEarly, GrowthxError, InputError, OutputError, raise_on_all, require, require_vector
 
 COMM = MPI.COMM_WORLD
 
@@ -75,7 +75,31 @@ def test_one_wrong_value_on_one_rank_is_refused_on_all(field, wrong):
         check(field)
 
 
+@pytest.mark.parametrize("value", [10**400, -(10**400), 1e101])
+def test_numbers_beyond_all_units_are_refused(value):
+    """Their squares overflow to infinity somewhere inside, where nobody could tell why."""
+    with pytest.raises(
+        InputError, match=r"^the length is .*: (a positive number|one of at most 1e\+100, .*) would be "
+    ):
+        check(value)
+
+
+def test_a_message_is_one_line_however_long_the_value():
+    """An array's own text has line breaks and no end; so may names that a message quotes."""
+    for wrong in (np.ones((50, 50)), ["line\nbreak"] * 99):
+        with pytest.raises(InputError) as caught:
+            require_vector(wrong, "the\nforce")
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
+
+
+def test_what_one_rank_finds_is_raised_on_all():
+    """A rank that raised alone would leave the others waiting; nothing found is nothing raised."""
+    raise_on_all(COMM, "")
+    with pytest.raises(OutputError, match=r"^found by the last$"):
+        raise_on_all(COMM, "found by the last" if COMM.rank == COMM.size - 1 else "", OutputError)
+
+
 def test_exit_statuses():
     """Scripts tell bad input (2) from a run that ended early (3) by these numbers."""
-    assert (GrowthxError.exit_status, InputError.exit_status, EndedEarly.exit_status) == (1, 2, 3)
+    assert [kind.exit_status for kind in (GrowthxError, OutputError, InputError, EndedEarly)] == [1, 1, 2, 3]
     assert issubclass(InputError, GrowthxError) and issubclass(EndedEarly, GrowthxError)

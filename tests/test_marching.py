@@ -7,6 +7,7 @@ import pytest
 from blocks import COMM, block, densities, displacements, run, square
 
 import growthx as gx
+from growthx.continuation import Continuation
 from growthx.integration import Integrator
 from growthx.newton import Newton
 from growthx.variants import CATALOGUE
@@ -25,6 +26,12 @@ PUSHED = {
 }
 
 
+@pytest.fixture
+def undivided(monkeypatch):
+    """No step is solved in parts: what Newton's method does not solve at once must be cut."""
+    monkeypatch.setattr(Continuation, "solve", lambda self, most: False)
+
+
 @variants
 def test_requested_times_are_hit_exactly(variant):
     """Multiples of Δt and the end, which is none: to the bit, since users look states up by time."""
@@ -36,7 +43,7 @@ def test_requested_times_are_hit_exactly(variant):
 
 
 @kinds
-def test_a_failed_step_is_cut_and_grows_again(variant):
+def test_a_failed_step_is_cut_and_grows_again(variant, undivided):
     """The cut shows in `rejected`, no requested time is missed, and the nominal step comes back by doubling."""
     steps, _ = run(block(square(3, shape=variant.cells[0]), **PUSHED), variant)
     times = [step.time for step in steps]
@@ -55,7 +62,7 @@ def test_a_failed_step_is_cut_and_grows_again(variant):
 
 
 @kinds
-def test_cutting_does_not_change_where_a_run_goes(variant):
+def test_cutting_does_not_change_where_a_run_goes(variant, undivided):
     """After cut-backs the state is that of a march that took those very steps from the start."""
     scene = block(square(3, shape=variant.cells[0]), **PUSHED)
     steps, problem = run(scene, variant)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import ufl
 from blocks import COMM, block, densities, displacements, gathered, run, set_iterate, square
 
 import growthx as gx
@@ -136,8 +137,9 @@ def test_ranks_agree_that_an_iterate_is_not_admissible(variant):
 
 
 def test_a_body_free_to_move_is_a_singular_system():
-    """Held in one direction only: the factorisation must not pass a step whose solution is arbitrary."""
-    scene = replace(block(), supports=(gx.Support("left", (0.0, None)),))
+    """Held in one direction only, by a spring, too: the factorisation must not pass a step of arbitrary solution."""
+    spring = gx.OpenTraction("left", lambda u, rho, x: ufl.as_vector([-u[0], 0.0]))
+    scene = replace(block(), supports=(gx.Support("left", (0.0, None)),), loads=(*block().loads, spring))
     report, _ = first_step(scene, gx.Q1)
     assert not report.converged
 
@@ -157,3 +159,25 @@ def test_petsc_options_change_the_way_and_not_the_result(variant):
         options.delValue("snes_linesearch_type")
     assert displacements(searched)[:, 2:] == pytest.approx(displacements(plain)[:, 2:], rel=1e-8, abs=1e-10)
     assert densities(searched)[:, 2] == pytest.approx(densities(plain)[:, 2], rel=1e-8)
+
+
+@pytest.mark.parametrize("full", [True, False], ids=["full", "kept factor"])
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt, gx.InputError("the history of a load is nan")], ids=["Ctrl-C", "input"]
+)
+@pytest.mark.parametrize("called", ["out_of_balance", "tangents"])
+def test_what_is_raised_while_petsc_calls_us_comes_out_as_it_is(full, error, called, monkeypatch):
+    """As an error of PETSc's it would be a traceback, where a sentence or the end of the program is meant."""
+    problem = gx.discretise(block(), gx.Q1)
+    newton = Newton(problem, full=full)
+    problem.begin_step(0.1, 1.0)
+
+    def raise_it(*_):
+        raise error
+
+    if called == "tangents":
+        monkeypatch.setattr("growthx.newton.assemble_tangent", raise_it)
+    else:
+        monkeypatch.setattr(problem, "out_of_balance", raise_it)
+    with pytest.raises(error if isinstance(error, type) else type(error)):
+        newton.solve()

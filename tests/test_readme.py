@@ -14,17 +14,29 @@ README = (ROOT / "README.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, re.DOTALL)
 COMMANDS = [line for language, block in BLOCKS if language == "sh" for line in block.splitlines()]
 PROGRAMS = [shlex.split(line)[1:] for line in COMMANDS if line.startswith("./run ") and "pytest" not in line]
+RESUMED = next(words for words in PROGRAMS if "--resume" in words)
+
+
+def started(words, folder):
+    """A command of the README, run to its end in a folder; its output."""
+    where = {"python": [sys.executable], "growthx": [sys.executable, "-m", "growthx"]}
+    command = [part for word in words for part in where.get(word, [word])]
+    command = [str(ROOT / part) if part.startswith("demos/") else part for part in command]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+    return run
 
 
 @pytest.mark.parametrize("words", PROGRAMS, ids=" ".join)
 def test_commands_run(words, tmp_path):
     """What a newcomer types first must work, and leave its files where it is told to."""
-    where = {"python": [sys.executable], "growthx": [sys.executable, "-m", "growthx"]}
-    command = [part for word in words for part in where.get(word, [word])]
-    command = [str(ROOT / part) if part.startswith("demos/") else part for part in command]
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
-    assert run.returncode == 0, run.stderr
-    assert run.stderr == ""
+    if words == RESUMED:
+        started(PROGRAMS[PROGRAMS.index(words) - 1], tmp_path)
+    run = started(words, tmp_path)
+    if words == RESUMED:
+        rows = [(tmp_path / name / "history.csv").read_text().splitlines() for name in ("long", "longer")]
+        assert rows[0] == rows[1][:41] and len(rows[1]) == 51
     if "demos/femur.py" in words:
         assert "whole bone" in run.stdout
         folder = tmp_path / "results" / "femur"
@@ -67,6 +79,16 @@ def test_the_runs_of_the_page_on_speed():
     assert paper[2] == paper[1] > 3 * fixed[2] > 3 * adaptive[2]
     assert fixed[3] == pytest.approx(paper[3], rel=1e-9)
     assert adaptive[3] == pytest.approx(paper[3], rel=5e-3)
+
+
+def test_the_run_of_the_page_on_trouble():
+    """An ill-posed femur ends early, by an error that tells where it has come to."""
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "robustness.md").read_text(), re.DOTALL)
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    sentence, numbers = run.stdout.splitlines()
+    assert sentence.startswith("the run ended at t = 1") and "did not help" in sentence
+    assert 100 < float(numbers.split()[0]) < 160
 
 
 def test_what_is_named_is_there():

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 
@@ -13,8 +15,8 @@ import ufl
 from blocks import COMM, ROLLERS, block, densities, displacements, gathered, square
 
 import growthx as gx
-from growthx import results
-from growthx.errors import InputError
+from growthx import results, series
+from growthx.errors import InputError, OutputError
 from growthx.sampling import positions
 from growthx.variants import CATALOGUE
 
@@ -222,14 +224,15 @@ def test_raw_fields_of_all_ranks_are_on_disk(name, shared_folder):
     assert sum(pieces) == result.problem.points if variant.density.local else sum(pieces) >= cells
 
 
-def test_a_run_without_steps_still_leaves_its_state(shared_folder):
-    """A run that failed at once: the files exist, the history has no rows."""
+def test_a_run_without_steps_leaves_nothing(shared_folder):
+    """No file without a converged step behind it: the state at rest could be taken for a result."""
     scene = block(supports=(gx.Support("left"), gx.Support("right", (-1.5, 0.0))), loads=())
     with pytest.raises(gx.RunEndedEarly) as ended:
-        gx.solve(replace(scene, program=gx.Program(step=0.1, until=0.1)), gx.Q1P0)
-    folder = written(shared_folder, ended.value.result)
-    assert len((folder / "history.csv").read_text().splitlines()) == 1
-    assert (folder / "fields.pvd").exists()
+        gx.solve(replace(scene, program=gx.Program(step=0.1, until=0.1)), gx.Q1P0, out=shared_folder / "out")
+    assert list((shared_folder / "out").iterdir()) == []
+    with pytest.raises(OutputError, match=r"^the run of the scene 'block' has no accepted step: there is nothing to"):
+        written(shared_folder, ended.value.result)
+    assert list((shared_folder / "run").iterdir()) == []
 
 
 def test_a_folder_with_something_in_it_is_refused(shared_folder):
@@ -271,6 +274,121 @@ def test_a_history_is_not_written_over(shared_folder):
             results.write_history(folder, result)
     COMM.barrier()
     assert (folder / "history.csv").read_bytes() == before
+
+
+# -- a disk that is full, a folder that is not there -------------------------------------------------------------------
+
+
+def cut_off(monkeypatch, name):
+    """Make DOLFINx leave files of that name without their ends and say nothing, as it does on a full disk."""
+    write = series.VTKFile.write_function
+
+    def write_function(self, functions, time=0.0):
+        write(self, functions, time)
+        for file in self.folder.glob(name):
+            file.write_bytes(file.read_bytes()[:-20])
+
+    class File(series.VTKFile):
+        def __init__(self, comm, path, mode):
+            super().__init__(comm, path, mode)
+            self.folder = path.parent
+
+    monkeypatch.setattr(File, "write_function", write_function)
+    monkeypatch.setattr(series, "VTKFile", File)
+
+
+@pytest.mark.parametrize("name", ["fields_p0_*.vtu", "raw_p0_*.vtu", "raw*.pvtu"])
+@pytest.mark.parametrize("variant", [gx.Q1, gx.Q1Q1], ids=["Q1", "Q1Q1"])
+def test_files_cut_off_are_noticed_and_none_stays(variant, name, shared_folder, monkeypatch):
+    """DOLFINx does not look whether the disk took what it wrote: half a file would be taken for a result."""
+    result = gx.solve(block(), variant)
+    cut_off(monkeypatch, name)
+    with pytest.raises(
+        OutputError, match=r"^the results cannot be written to \S*run \(\S* is cut off: the disk may be "
+    ):
+        written(shared_folder, result)
+    assert list((shared_folder / "run").iterdir()) == []
+    COMM.barrier()  # all have looked
+    monkeypatch.undo()
+    results.write(shared_folder / "run", result)  # the folder may be used again
+    assert {file.suffix for file in (shared_folder / "run").iterdir()} == {".pvd", ".pvtu", ".vtu", ".csv"}
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("limit", [0, 3000])
+def test_a_full_disk_leaves_no_results(limit, tmp_path):
+    """The real thing, as near as a test may come: the system takes no more than some bytes of each file."""
+    program = (
+        "import resource, sys; from growthx.cli import main; import growthx.results\n"
+        "write = growthx.results.FieldWriter.__init__\n"
+        "def limited(*arguments):\n"
+        f"    resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
+        "    write(*arguments)\n"
+        "growthx.results.FieldWriter.__init__ = limited\n"
+        "sys.exit(main(['plate', '--n', '8', '--json', '--out', 'out']))"
+    )
+    run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert run.returncode == OutputError.exit_status
+    assert run.stderr.startswith("growthx: the results cannot be written to out (") and run.stderr.count("\n") == 1
+    assert [file.name for file in tmp_path.rglob("*")] == ["out"]
+
+
+def test_a_folder_that_vanished_is_made_again(shared_folder):
+    """Hours of computing are worth more than the folder that somebody tidied away meanwhile."""
+    result = gx.solve(block(), gx.Q1P0)
+    results.write(shared_folder / "gone" / "run", result)
+    assert (shared_folder / "gone" / "run" / "history.csv").exists()
+
+
+def test_a_place_where_nothing_can_be_is_named(shared_folder):
+    """A file in the way: one sentence on all ranks, and the file stays."""
+    if COMM.rank == 0:
+        (shared_folder / "file").write_text("mine")
+    COMM.barrier()
+    result = gx.solve(block(), gx.Q1P0)
+    with pytest.raises(OutputError, match=r"^the results cannot be written to \S*file \(Not a directory\): "):
+        results.write(shared_folder / "file", result)
+    assert (shared_folder / "file").read_text() == "mine"
+
+
+def test_what_appeared_in_the_folder_meanwhile_stays(shared_folder):
+    """Nothing is written over, even if it came after the folder was found empty."""
+    result = gx.solve(block(), gx.Q1P0)
+    folder = results.new_folder(shared_folder / "run", COMM)
+    if COMM.rank == 0:
+        (folder / "fields.pvd").write_text("mine")
+    COMM.barrier()
+    with pytest.raises(OutputError, match=r"fields\.pvd is there already"):
+        results.write(folder, result)
+    assert [(file.name, file.read_text()) for file in folder.iterdir()] == [("fields.pvd", "mine")]
+
+
+def test_leavings_of_a_killed_run_are_no_results(shared_folder):
+    """What was never finished is hidden, in nobody's way, and gone after the next run."""
+    result = gx.solve(block(), gx.Q1P0)
+    if COMM.rank == 0:
+        (shared_folder / "run" / series.HIDDEN).mkdir(parents=True)
+        (shared_folder / "run" / series.HIDDEN / "fields.pvd").write_text("half")
+    COMM.barrier()
+    folder = written(shared_folder, result)
+    assert not (folder / series.HIDDEN).exists()
+
+
+@pytest.mark.parametrize("name", ["with space", "Ψ₀ ü", "quote'\"s", "line\nbreak", "%s{0}", "-dash", "dot.", "\udcff"])
+def test_folders_of_any_name(name, shared_folder):
+    """Names go through C++, XML and messages: each of them has rules of its own."""
+    result = gx.solve(block(), gx.Q1, out=shared_folder / name)
+    assert result.folder == shared_folder / name
+    entries = list(ElementTree.parse(shared_folder / name / "raw.pvd").getroot().iter("DataSet"))
+    assert entries and all((shared_folder / name / entry.get("file")).is_file() for entry in entries)
+
+
+@pytest.mark.parametrize("path", ["null\0byte", "x" * 300, 5, None, b"bytes", ["list"]], ids=repr)
+@pytest.mark.parametrize("make", [results.new_folder, results.free_folder])
+def test_what_is_no_path_is_refused(path, make):
+    """The system's own words for it are a ValueError or a TypeError, and on one rank only."""
+    with pytest.raises(InputError, match=r"^the folder .*: (one you may write to|its path) would be right$"):
+        make(path, COMM)
 
 
 @variants

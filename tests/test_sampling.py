@@ -114,6 +114,17 @@ def test_places_are_located_in_three_dimensions(shape):
     assert at == pytest.approx(places[here], abs=1e-12)
 
 
+@VARIANTS
+def test_densities_of_volumes_have_places_too(variant):
+    """Serendipity and integration points on hexahedra, all variants on their cells of space: on each rank its own."""
+    problem = gx.discretise(block(cube(2, 0.05, shape=variant.cells[1])), variant)
+    found, own = problem.density_positions(), problem.density_space.dofmap.index_map.size_local
+    assert np.isfinite(found[:own]).all()
+    x = np.array(COMM.allgather((found[:own].min(axis=0, initial=9.0), found[:own].max(axis=0, initial=-9.0))))
+    assert x[:, 0].min(axis=0).min() >= -1e-12 and x[:, 1].max(axis=0).max() <= 1 + 1e-12
+    assert problem.sample_density(np.full((1, 3), 0.3)) == pytest.approx([1.2])
+
+
 def test_places_outside_are_in_no_cell():
     """A place beside the body has no density: NaN when sampled, not that of the nearest cell."""
     mesh = square(4)

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx import meshing
-from growthx.errors import InputError
+from growthx.errors import InputError, require_kind, shown
 from growthx.growth import EnergyDrivenGrowth
 from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
 from growthx.loads import Traction
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from growthx.mesh import Mesh
 
 WIDTH = 0.01
+MOST_ELEMENTS = 100_000  # cells a thousand times as wide as long
 TRACTION = 2.0
 ATTRACTOR_LEVELS = (2.0, 1.75, 1.5, 1.25, 1.0)  # from either end to mid-length, each on a tenth of the length
 
@@ -71,8 +72,11 @@ def bar(
     cells: "triangle" halves each quadrilateral, with diagonals that alternate.
     n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
     """
-    if not isinstance(elements, int) or elements < 1:
-        raise InputError(f"the number of elements is {elements!r}: a whole number from 1 would be right")
+    require_kind(problem, Problem, "the problem of the bar", "DISCONTINUOUS, CONTINUOUS or another Problem")
+    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
+        raise InputError(
+            f"the number of elements is {shown(elements)}: a whole number from 1 to {MOST_ELEMENTS} would be right"
+        )
     if problem.taper == 1.0 and elements % 10:
         raise InputError(f"the discontinuous bar has {elements} elements: a multiple of 10 would meet its ten levels")
     mesh = meshing.read(

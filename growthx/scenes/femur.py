@@ -6,7 +6,7 @@ Units: N, mm, MPa, g/cm³.  x points medially, y proximally.
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
 from growthx import meshing
-from growthx.errors import InputError, require_number
+from growthx.errors import InputError, require_kind, require_number, shown
 from growthx.growth import EnergyDrivenGrowth
 from growthx.loads import DistributedForce, LoadCase, Position
 from growthx.material import Material
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 HEAD_CENTRE = (43.0, 132.0)
 JOINT_HALF_ARC = np.radians(35.0)
-ABDUCTOR_INSERTION = (45, 52)  # control points of the outline
+CONTROL_POINTS = 63  # of the outline
+ABDUCTOR_INSERTION = (45, 52)  # of them
 PAPER_SIZE = 3.5  # mm, of cells as many as the paper's
 OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
 
@@ -94,10 +95,14 @@ def femur(
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     """
     require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
-    if len(weights) != len(LOAD_CASES):
-        raise InputError(f"the weights of the load cases are {weights}: {len(LOAD_CASES)} numbers would be right")
+    if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
+        raise InputError(
+            f"the weights of the load cases are {shown(weights)}: {len(LOAD_CASES)} numbers would be right"
+        )
     for weight in weights:
         require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+    require_kind(separate, bool, "separate, of the load cases,", "True or False")
+    program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
     if mesh is None:
         mesh = _own_mesh(cells, size, refine, comm)
@@ -111,7 +116,7 @@ def femur(
         supports=(Support("distal"),),
         loads=() if separate else tuple(force for case, w in used for force in _forces(case, w / thickness)),
         cases=tuple(LoadCase(case.name, w, _forces(case, 1 / thickness)) for case, w in used if separate),
-        program=Program(step=step, until=until, ramp=5 * step),
+        program=replace(program, ramp=5 * step),
     )
 
 
@@ -156,8 +161,25 @@ def abductor_weight(x: Floats) -> Floats:
 @cache
 def outline() -> Floats:
     """Control points of the outline, anticlockwise from the distal medial corner, shape (63, 2), mm."""
-    with meshing.locate("femur_outline.csv").open(newline="") as file:
-        return np.array([(float(row["x_mm"]), float(row["y_mm"])) for row in csv.DictReader(file)])
+    points = np.array([place for _, place in _places("femur_outline.csv", "index")])
+    if len(points) != CONTROL_POINTS:
+        raise InputError(
+            f"growthx's own file femur_outline.csv has {len(points)} rows: a copy with {CONTROL_POINTS} is due"
+        )
+    return points
+
+
+def _places(name: str, key: str) -> list[tuple[str, tuple[float, float]]]:
+    """The rows of one of growthx's own tables, each a key with a place (mm); InputError if the file is damaged."""
+    path = meshing.locate(name)
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [(row[key], (float(row["x_mm"]), float(row["y_mm"]))) for row in csv.DictReader(file)]
+    except (OSError, KeyError, TypeError, ValueError, csv.Error) as error:
+        raise InputError(f"growthx's own file {path} is damaged ({shown(error)}): a new copy would be right") from error
+    if not rows or not np.all(np.isfinite([place for _, place in rows])):
+        raise InputError(f"growthx's own file {path} is damaged (numbers are missing): a new copy would be right")
+    return rows
 
 
 @cache
@@ -174,9 +196,8 @@ def _insertion() -> tuple[KDTree, Floats]:
 def zones() -> dict[str, Floats]:
     """Polygons of anatomical zones by name, shape (corners, 2), mm."""
     corners: dict[str, list[tuple[float, float]]] = {}
-    with meshing.locate("femur_zones.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            corners.setdefault(row["zone"], []).append((float(row["x_mm"]), float(row["y_mm"])))
+    for zone, place in _places("femur_zones.csv", "zone"):
+        corners.setdefault(zone, []).append(place)
     return {name: np.array(polygon) for name, polygon in corners.items()}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx import meshing
-from growthx.errors import InputError
+from growthx.errors import InputError, shown
 from growthx.growth import EnergyDrivenGrowth
 from growthx.loads import Traction
 from growthx.material import Material
@@ -19,6 +19,8 @@ from growthx.supports import Support
 
 if TYPE_CHECKING:
     from growthx.discretisation import Discretisation
+
+MOST_CELLS = 5000  # over the height: fifty million in all
 
 
 def plate(
@@ -35,8 +37,11 @@ def plate(
     cells: N.  shape: "triangle" halves each quadrilateral.
     n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
     """
-    if not (isinstance(cells, int) and cells > 0):
-        raise InputError(f"the number of cells over the plate's height is {cells!r}: a whole number from 1 is needed")
+    if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS:
+        raise InputError(
+            f"the number of cells over the plate's height is {shown(cells)}: a whole number from 1 to {MOST_CELLS} is "
+            "needed"
+        )
     domain = dolfinx.mesh.create_rectangle(comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), _cell_type(shape))
     mesh = Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)})
     return Scene(

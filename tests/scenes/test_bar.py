@@ -80,9 +80,9 @@ def test_exponents_and_program_can_be_changed():
 @pytest.mark.parametrize(
     ("elements", "sentence"),
     [
-        (0, "the number of elements is 0: a whole number from 1 would be right"),
-        (-10, "the number of elements is -10: a whole number from 1 would be right"),
-        (10.0, "the number of elements is 10.0: a whole number from 1 would be right"),
+        (0, "the number of elements is 0: a whole number from 1 to 100000 would be right"),
+        (-10, "the number of elements is -10: a whole number from 1 to 100000 would be right"),
+        (10.0, "the number of elements is 10.0: a whole number from 1 to 100000 would be right"),
         (15, "the discontinuous bar has 15 elements: a multiple of 10 would meet its ten levels"),
     ],
 )
