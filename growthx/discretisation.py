@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from growthx.arrays import Floats, Indices, Marks
     from growthx.scene import Scene
     from growthx.variants import Variant
+
+
+LOOKED_AT = 1000  # times at which the peak of a load's history is looked for
 
 
 def _at_time(history: Callable[[float], float], time: float) -> float:
@@ -248,9 +252,12 @@ class Discretisation(ABC):
     def force_scale(self) -> float:
         """What nodal forces are measured against: ‖nodal dead load at full traction‖₂, at the peaks of its histories.
 
+        Peaks are looked for at a thousand of the program's times.
+
         Without a load: E times the prescribed displacement or, if there is none, the body's size, times size^(dim − 2).
         """
         times = self.scene.program.times()
+        times = times[:: math.ceil(len(times) / LOOKED_AT)]
         load = self.nodal_load.copy()
         for history, forces in self.timed_loads:
             load += max(abs(_at_time(history, time)) for time in times) * forces

@@ -53,6 +53,7 @@ class Integrator:
         self._course: float | None = None  # growth of the load per time
         self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
         self._parts = MOST  # in which a step may be solved: the fewer, the more often that has failed
+        self._stuck_at: float | None = None  # start of the last step to which no parts led
         self._found: list[tuple[float, Floats]] = []  # unknowns at the stages of the step that is not accepted yet
 
     def step(self, time: float, end: float) -> SolvedStep:
@@ -131,11 +132,12 @@ class Integrator:
         problem.reject_step()
         unknown[:] = start
         continuation = Continuation(problem, self._newton, begin)
-        # To a body with inertia no step is an instant.
-        if problem.scene.inertia is None and continuation.solve(self._parts):
-            self._parts = MOST
-            return _together([*reports, direct.report, *continuation.reports])
-        self._parts = max(self._parts // 2, FEWEST)
+        # To a body with inertia no step is an instant; and where a way led nowhere, a shorter step has none either.
+        if problem.scene.inertia is None and self._stuck_at != before:
+            if continuation.solve(self._parts):
+                self._parts = MOST
+                return _together([*reports, direct.report, *continuation.reports])
+            self._parts, self._stuck_at = max(self._parts // 2, FEWEST), before
         # A start that is not admissible tells little; a solution in doubt is the best there is.
         told = direct if direct.report.iterations else continuation.failure or direct
         told.bring_back()

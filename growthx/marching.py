@@ -194,8 +194,9 @@ def march(
     problem: the discretised scene, when the caller wants to look at it between steps (default: `discretise`).
     tolerance, full_newton: of Newton's method, see `newton.Newton`.
     stepping: the way through time; default: the program's fixed steps by implicit Euler.
-    Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length; the problem then
-    holds the last good state.  Raises InputError for a scheme that cannot integrate the scene.
+    Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length, or when failures
+    keep coming; the problem then holds the last good state.  Raises InputError for a scheme that cannot integrate the
+    scene.
     """
     stepping = FixedSteps() if stepping is None else stepping
     if scene.inertia is not None and not (isinstance(stepping, FixedSteps) and stepping.scheme is IMPLICIT_EULER):
