@@ -24,7 +24,8 @@ def ignore_broken_pipes() -> None:
 class Interruption:
     """While it is entered, the first signal is noted; a second one does what it did before.
 
-    Signals reach the main thread alone: in another, nothing is noted.
+    Signals reach the main thread alone: in another, nothing is noted; nor are those that are ignored, as shells have
+    programs in the background ignore Ctrl-C.
     """
 
     def __init__(self) -> None:
@@ -33,7 +34,8 @@ class Interruption:
 
     def __enter__(self) -> Interruption:
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._note) for number in SIGNALS}
+            heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+            self._before = {number: signal.signal(number, self._note) for number in heard}
         return self
 
     def __exit__(

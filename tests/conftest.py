@@ -2,6 +2,7 @@
 
 import os
 import re
+import signal
 import sys
 from pathlib import Path
 
@@ -14,7 +15,8 @@ COMPLAINT = re.compile(r"^.*(?:PETSC ERROR|WARNING!|CHOLMOD (?:error|warning)).*
 
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
-    """Let rank 0 alone report."""
+    """Let rank 0 alone report, and programs that tests start hear Ctrl-C: in the background, shells have them deaf."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     if COMM.rank > 0:
         nowhere = open(os.devnull, "w")  # noqa: SIM115
         config.add_cleanup(nowhere.close)
