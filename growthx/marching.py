@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -86,16 +86,34 @@ class March(Iterator[Step]):
         """As `march`, with every default filled in."""
         self.problem, self.time = problem, 0.0
         self._scene, self._stepping, self._tolerance, self._full = scene, stepping, tolerance, full_newton
+        self._enough = _enough(problem, stepping)
         self._control = stepping.control(scene.program)
+        self._targets, self._target, self._ended = iter(self._control.targets()), 0.0, False
         self._make_solvers()
-        self._steps = self._march()
 
     def __next__(self) -> Step:
-        return next(self._steps)
+        try:
+            while not (self._ended or self.time < self._target):
+                self._target = float(next(self._targets))
+            if self._ended:
+                raise StopIteration
+            step, found = self._step(self._target)
+        except BaseException:
+            self.close()
+            raise
+        self._ended = self._enough(found)
+        return step
+
+    # Not left to the collector of cycles, of which this object is no part: ranks must free what they share together.
+    def __del__(self) -> None:
+        self.close()
 
     def close(self) -> None:
         """End here, and free the solver's memory (collective); a march that has reached its end has done so."""
-        self._steps.close()
+        self._ended = True
+        if hasattr(self, "_newton"):
+            self._newton.destroy()
+            del self._newton
 
     def memory(self) -> Memory:
         """What there is to know in the last accepted state."""
@@ -115,7 +133,8 @@ class March(Iterator[Step]):
         self.time = memory.numbers["reached"]
         self.problem.recall(memory)
         self._control.recall(memory)
-        self._newton.destroy()
+        self.close()
+        self._ended = False
         self._make_solvers()
         self._integrator.recall(memory)
 
@@ -126,18 +145,6 @@ class March(Iterator[Step]):
         self._integrator = Integrator(
             problem, self._newton, stepping.scheme, estimate=self._control.needs_error, predict=stepping.predicted
         )
-
-    def _march(self) -> Generator[Step, None, None]:
-        try:
-            enough = _enough(self.problem, self._stepping)
-            for target in map(float, self._control.targets()):
-                while self.time < target:
-                    step, found = self._step(target)
-                    yield step
-                    if enough(found):
-                        return
-        finally:
-            self._newton.destroy()
 
     def _step(self, target: float) -> tuple[Step, SolvedStep]:
         """The next accepted step, which goes no further than a target, and how it was solved."""

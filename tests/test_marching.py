@@ -1,5 +1,7 @@
 """The march through time: requested times, cut-back and regrowth, the end of a hopeless run, what a step tells."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -184,3 +186,17 @@ def test_a_run_that_was_left_early_can_be_followed_by_another():
             break
     assert step.mass == problem.mass()
     assert len(run(replace(scene, name="again"), gx.Q1)[0]) == 4
+
+
+def test_a_march_that_is_left_frees_its_solver_at_once():
+    """In the hands of the collector of cycles it would go at other times on other ranks, which then wait for ever."""
+    scene = block(square(2))
+    march = gx.march(scene, gx.Q1)
+    next(march)
+    gone = weakref.ref(march)
+    gc.disable()
+    try:
+        del march
+        assert gone() is None
+    finally:
+        gc.enable()
