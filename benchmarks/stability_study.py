@@ -123,22 +123,27 @@ class _Lengthening(StepControl):
         return target if time + step > target - 1e-6 * step else time + step
 
     @property
-    def hopeless(self) -> bool:
+    def too_short(self) -> bool:
         return self._cut < SMALLEST_CUT
 
     def failed(self, time_step: float) -> None:
+        super().failed(time_step)
         self._cut /= 2
 
     def accepts(self, time_step: float, error: float) -> bool:
+        self.solved()
         if time_step >= self._step * (1 - 1e-9):
             self._step *= self._stepping.factor
         self._cut = min(1.0, 2 * self._cut)
         return True
 
     def memory(self) -> Memory:
-        return Memory({"cut": self._cut, "step": self._step})
+        memory = super().memory()
+        memory.numbers.update(cut=self._cut, step=self._step)
+        return memory
 
     def recall(self, memory: Memory) -> None:
+        super().recall(memory)
         self._cut, self._step = memory.numbers["cut"], memory.numbers["step"]
 
 

@@ -44,11 +44,12 @@ class StepControl(ABC):
     @property
     def hopeless(self) -> bool:
         """Whether steps have become so short, or have failed so often, that the run must end."""
-        return self._too_short or self._failures > MOST_FAILURES
+        return self.too_short or self._failures > MOST_FAILURES
 
     @property
     @abstractmethod
-    def _too_short(self) -> bool: ...
+    def too_short(self) -> bool:
+        """Whether steps have become so short that the run must end."""
 
     @abstractmethod
     def failed(self, time_step: float) -> None:
@@ -59,7 +60,8 @@ class StepControl(ABC):
     def accepts(self, time_step: float, error: float) -> bool:
         """Whether a solved step of that estimated error is good enough."""
 
-    def _solved(self) -> None:
+    def solved(self) -> None:
+        """A step was solved: former failures count for less."""
         self._failures = max(0.0, self._failures - 0.5)
 
     @abstractmethod
@@ -163,7 +165,7 @@ class _Nominal(StepControl):
         return target if pieces == 1 else time + remaining / pieces
 
     @property
-    def _too_short(self) -> bool:
+    def too_short(self) -> bool:
         return self._cut < SMALLEST_CUT
 
     def failed(self, time_step: float) -> None:
@@ -171,7 +173,7 @@ class _Nominal(StepControl):
         self._cut /= 2
 
     def accepts(self, time_step: float, error: float) -> bool:
-        self._solved()
+        self.solved()
         self._cut = min(1.0, 2 * self._cut)
         return True
 
@@ -208,7 +210,7 @@ class _FromError(StepControl):
         return time + (remaining / 2 if pieces == 2 else self._step)
 
     @property
-    def _too_short(self) -> bool:
+    def too_short(self) -> bool:
         return self._step < SMALLEST_CUT * self._program.step
 
     def failed(self, time_step: float) -> None:
@@ -216,7 +218,7 @@ class _FromError(StepControl):
         self._step = FAILED * time_step
 
     def accepts(self, time_step: float, error: float) -> bool:
-        self._solved()
+        self.solved()
         accepted = error <= self._tolerance  # not so where it is not a number
         change = SAFETY * (self._tolerance / error) ** (1 / self._order) if error > 0 else WIDEST
         following = time_step * (min(max(change, NARROWEST), WIDEST) if math.isfinite(error) else NARROWEST)
