@@ -9,7 +9,7 @@ import dolfinx
 import numpy as np
 import pytest
 import ufl
-from blocks import block, square
+from blocks import COMM, block, square
 from ufl.corealg.traversal import unique_pre_traversal
 
 import growthx as gx
@@ -57,10 +57,12 @@ def census(monkeypatch):
 #   what nodes gain from the source and its size to measure by (Q1Q1).
 # functions: displacement and density, the density before, the held value and the translation of each direction, the
 #   traction; and the mixed unknown (Q1Q1).
-# vectors: marks of what grows, one for each linear form that is assembled once; marks of what rests (Q1Q1).
+# vectors: marks of what grows, one for each linear form that is assembled once; marks of what rests (Q1Q1); on several
+#   ranks, whose part of the body a side belongs to, to see whether all of it is held.
+SIDES = int(COMM.size > 1)
 NEEDED = {
-    gx.Q1: {"forms": 5, "facet forms": 1, "functions": 8, "vectors": 3, "coefficients": 7, "constants": 11},
-    gx.Q1Q1: {"forms": 6, "facet forms": 1, "functions": 9, "vectors": 5, "coefficients": 6, "constants": 21},
+    gx.Q1: {"forms": 5, "facet forms": 1, "functions": 8, "vectors": 3 + SIDES, "coefficients": 7, "constants": 11},
+    gx.Q1Q1: {"forms": 6, "facet forms": 1, "functions": 9, "vectors": 5 + SIDES, "coefficients": 6, "constants": 21},
 }
 plain_variants = pytest.mark.parametrize("variant", NEEDED, ids=lambda variant: variant.name)
 
