@@ -14,7 +14,7 @@ def main():
     folder = None
     for problem in PROBLEMS.values():
         bar = gx.scenes.bar(problem, elements=40)
-        folder = folder or gx.results.free_folder("results/bar", bar.mesh.domain.comm)
+        folder = folder or gx.results.free_folder("results/bar", bar.mesh.comm)
         results = {variant.name: gx.solve(bar, variant) for variant in gx.variants.suited(bar.mesh.cell_name)}
         gx.report.table(
             f"{bar.name}, 40 elements, t = {bar.program.until:g}",
@@ -28,7 +28,7 @@ def main():
                 )
                 for name, result in results.items()
             ],
-            bar.mesh.domain.comm,
+            bar.mesh.comm,
         )
         gx.plots.along_length(
             {name: result.problem for name, result in results.items()},

@@ -13,7 +13,7 @@ from growthx.scenes.femur import zones
 
 def main():
     femur = gx.scenes.femur()
-    folder = gx.results.free_folder("results/femur", femur.mesh.domain.comm)
+    folder = gx.results.free_folder("results/femur", femur.mesh.comm)
     with gx.report.progress(femur) as watch:
         result = gx.solve(femur, gx.Q1P0, out=folder, watch=watch)
 

@@ -12,7 +12,9 @@ import logging
 from dataclasses import replace
 
 import growthx as gx
-from growthx.baselines import FLOOR, NonLocal, Smoothed, checkerboard_index, frozen, update
+from growthx.baselines.averaging import NonLocal, Smoothed
+from growthx.baselines.staggered import FLOOR, frozen, update
+from growthx.post.checkerboards import checkerboard_index
 
 CELLS = 12  # over the height of the plate
 LAWS = {"well-posed": (3.0, 20.0), "ill-posed": (0.0, 8.0)}  # m and the end time; n = 2
@@ -67,7 +69,7 @@ def runs(m, until):
 
 def share(problem, marks):
     """Share of the growing volume whose densities are marked."""
-    dofs, volumes = problem.density_dofs, problem.volumes
+    dofs, volumes = problem.growing_dofs, problem.volumes
     marked = problem.comm.allreduce(float(volumes[dofs] @ marks(problem.density.x.array[dofs])))
     return marked / problem.comm.allreduce(float(volumes.sum()))
 

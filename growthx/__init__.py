@@ -19,48 +19,66 @@ __version__ = "0.1.0"
 
 # Where the public names live.  A module is imported when one of its names is first used: `import growthx` is light.
 _HOME = {
-    "Scene": "scene",
-    "Support": "supports",
-    "PointSupport": "supports",
-    "Inertia": "scene",
-    "LoadCase": "loads",
-    "OpenTraction": "open_loads",
-    "OpenBodyForce": "open_loads",
-    "Pressure": "open_loads",
-    "MassFlux": "transport",
-    "PrescribedDensity": "transport",
-    "Influx": "transport",
-    "Traction": "loads",
-    "DistributedForce": "loads",
-    "BodyForce": "loads",
-    "Program": "scene",
-    "FixedSteps": "stepping",
-    "AdaptiveSteps": "stepping",
-    "TimeScheme": "time_schemes",
-    "IMPLICIT_EULER": "time_schemes",
-    "TR_BDF2": "time_schemes",
-    "Mesh": "mesh",
-    "Material": "material",
-    "GrowthLaw": "growth",
-    "EnergyDrivenGrowth": "growth",
-    "SpecificEnergyDrivenGrowth": "growth",
-    "StrainDrivenGrowth": "growth",
-    "StressDrivenGrowth": "growth",
-    "Variant": "variants",
-    **dict.fromkeys(("Q1Q1", "Q2Q2", "S2Q1", "Q1P0", "Q1", "Q2", "Q1sri", "S2fri"), "variants"),
-    **dict.fromkeys(("P1P1", "P2P2", "P2P1", "P1P0", "P1", "P2"), "variants"),
-    "discretise": "marching",
-    "march": "marching",
+    "Scene": "model.scene",
+    "Support": "model.supports",
+    "PointSupport": "model.supports",
+    "Inertia": "model.inertia",
+    "Load": "model.loads",
+    "Arrow": "model.arrows",
+    "LoadCase": "model.loads",
+    "OpenLoad": "model.open_loads",
+    "OpenTraction": "model.open_loads",
+    "OpenBodyForce": "model.open_loads",
+    "Pressure": "model.open_loads",
+    "MassFlux": "constitutive.flux",
+    "PrescribedDensity": "model.transport",
+    "Influx": "model.transport",
+    "Traction": "model.loads",
+    "DistributedForce": "model.loads",
+    "BodyForce": "model.loads",
+    "Program": "model.program",
+    "FixedSteps": "stepping.control",
+    "AdaptiveSteps": "stepping.control",
+    "TimeScheme": "stepping.time_schemes",
+    "IMPLICIT_EULER": "stepping.time_schemes",
+    "TR_BDF2": "stepping.time_schemes",
+    "Mesh": "meshing.mesh",
+    "StoredEnergy": "constitutive.energies",
+    "Material": "constitutive.material",
+    "MassSource": "constitutive.sources",
+    "GrowthLaw": "constitutive.growth",
+    "EnergyDrivenGrowth": "constitutive.growth",
+    "SpecificEnergyDrivenGrowth": "constitutive.growth",
+    "StrainDrivenGrowth": "constitutive.growth",
+    "StressDrivenGrowth": "constitutive.growth",
+    "Variant": "discretisation.variants",
+    **dict.fromkeys(("Q1Q1", "Q2Q2", "S2Q1", "Q1P0", "Q1", "Q2", "Q1sri", "S2fri"), "discretisation.variants"),
+    **dict.fromkeys(("P1P1", "P2P2", "P2P1", "P1P0", "P1", "P2"), "discretisation.variants"),
+    "discretise": "discretisation.discretise",
+    "march": "stepping.marching",
     "solve": "run",
-    "homeostasis": "equilibrium",
-    "Result": "run",
+    "transfer": "discretisation.transfers.transfer",
+    "read_density": "results.density",
+    "homeostasis": "stepping.equilibrium",
+    "Result": "stepping.record",
     "RunEndedEarly": "run",
-    "guarded": "parallel",
-    "GrowthxError": "errors",
-    "InputError": "errors",
-    "EndedEarly": "errors",
+    "guarded": "common.exits",
+    "GrowthxError": "common.errors",
+    "InputError": "common.errors",
+    "EndedEarly": "common.errors",
 }
-_MODULES = {"baselines", "meshing", "plots", "report", "results", "scenes", "variants", "wellposedness", "zones"}
+_MODULES = {
+    "baselines": "baselines",
+    "functions": "constitutive.functions",
+    "meshing": "meshing",
+    "plots": "post.plots",
+    "report": "cli.report",
+    "results": "results",
+    "scenes": "scenes",
+    "variants": "discretisation.variants",
+    "wellposedness": "post.wellposedness",
+    "zones": "post.zones",
+}
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -69,8 +87,10 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(importlib.import_module(f"growthx.{_HOME[name]}"), name)
     if name in _MODULES:
-        return importlib.import_module(f"growthx.{name}")
-    raise AttributeError(f"growthx has no '{name}'; it has {', '.join(sorted(__all__))}")
+        return importlib.import_module(f"growthx.{_MODULES[name]}")
+    from growthx.common.errors import no_such_name
+
+    raise no_such_name("growthx", name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -7,76 +7,28 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from growthx import checkpoints
-from growthx.checkpoints import Checkpoints
-from growthx.errors import EndedEarly, InputError, Interrupted, OutputError
-from growthx.identity import identity
-from growthx.interruption import Interruption
-from growthx.marching import Step, discretise, march
-from growthx.results import free_folder, new_folder, write
-from growthx.stepping import FixedSteps
+from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
+from growthx.common.interruption import Interruption
+from growthx.discretisation.discretise import discretise
+from growthx.results import checkpoints
+from growthx.results.checkpoints import Checkpoints
+from growthx.results.identity import identity
+from growthx.results.plan import Plan, check_plan, plan
+from growthx.results.writing import write
+from growthx.solvers.settings import NewtonSettings
+from growthx.stepping.arguments import check_run
+from growthx.stepping.control import FixedSteps
+from growthx.stepping.marching import march
+from growthx.stepping.record import Ending, Result, Step
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from growthx.discretisation import Discretisation
-    from growthx.marching import March
-    from growthx.scene import Scene
-    from growthx.stepping import Stepping
-    from growthx.variants import Variant
-
-
-@dataclass
-class Result:
-    """A run: its history of accepted steps and the discretised scene in the last of their states.
-
-    converged: whether the last requested time, or the equilibrium asked for, was reached; if not, `reason` says when,
-    where and why it ended.  folder: where fields and history are on disk, None if nowhere.
-    setup_s, compile_s, solve_s: seconds for spaces and symbolic set-up, for compiling the weak forms, for marching.
-    """
-
-    problem: Discretisation
-    steps: list[Step] = field(default_factory=list)
-    converged: bool = False
-    reason: str = ""
-    folder: Path | None = None
-    setup_s: float = 0.0
-    compile_s: float = 0.0
-    solve_s: float = 0.0
-
-    @property
-    def scene(self) -> Scene:
-        """What was computed."""
-        return self.problem.scene
-
-    @property
-    def variant(self) -> Variant:
-        """How it was discretised."""
-        return self.problem.variant
-
-    @property
-    def time(self) -> float:
-        """Time reached."""
-        return self.steps[-1].time if self.steps else 0.0
-
-    @property
-    def newton_iterations(self) -> int:
-        """Newton iterations of all accepted steps."""
-        return sum(step.newton_iterations for step in self.steps)
-
-    @property
-    def factorisations(self) -> int:
-        """Tangents assembled and factorised in all accepted steps."""
-        return sum(step.newton.factorisations for step in self.steps)
-
-    @property
-    def linear_solver(self) -> str:
-        """What solved the linear systems, in words; empty if no step was accepted."""
-        return self.steps[-1].newton.linear_solver if self.steps else ""
+    from growthx.discretisation.variants import Variant
+    from growthx.model.scene import Scene
+    from growthx.stepping.control import Stepping
+    from growthx.stepping.marching import March
 
 
 class RunEndedEarly(EndedEarly):
@@ -125,11 +77,11 @@ def solve(
 ) -> Result:
     """Run a scene to its end.
 
-    out: a new or empty folder; the fields and history are written there when the run ends, also when it ends early.
+    out: a new or empty folder; the fields, history and density are written there when the run ends, also early.
     watch: called after every accepted step with the result so far, for progress bars and intermediate output; the time
     it takes is not counted.
     stepping: the way through time, `FixedSteps` or `AdaptiveSteps`; default: the program's fixed steps, implicit Euler.
-    tolerance, full_newton: of Newton's method, see `newton.Newton`.
+    tolerance, full_newton: of Newton's method, see `solvers.settings.NewtonSettings`.
     checkpoint: keep the state in `out`, at the start and after every so many steps.
     resume: a checkpoint of the same scene, which may have another end, to go on from; or the folder of a run that has
     left some, which may be `out` if nothing else is there.
@@ -138,74 +90,112 @@ def solve(
     the run at once), InputError if `out` is not empty or not writable, or a checkpoint is not one of this run, and
     RunNotWritten if results cannot be written.
     """
-    comm = scene.mesh.domain.comm
-    _check_plan(checkpoint, out)
-    source = None if resume is None else checkpoints.locate(resume, comm)
-    folder = None if out is None else new_folder(out, comm, lambda file: checkpoints.is_part_of(file, source))
+    check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
+    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge)
+    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm)
     stepping = FixedSteps() if stepping is None else stepping
     start = time.perf_counter()
     problem = discretise(scene, variant)
-    result = Result(problem, compile_s=problem.compile.seconds)
     steps = march(scene, variant, problem, tolerance, stepping=stepping, full_newton=full_newton)
-    files = Checkpoints(problem, lambda: identity(problem, stepping, tolerance, full_newton))
-    if source is not None:
-        memory, result.steps = files.load(source)
-        steps.begin_anew(memory)
-    result.setup_s = time.perf_counter() - start - result.compile_s
-    if folder is not None and checkpoint is not None and not _same_folder(source, folder):
-        files.save(folder, checkpoints.PLANNED, steps.memory(), result.steps)
-    number = 0
-    try:
-        with Interruption() as interruption:
-            for step in _timed(steps, result):
-                result.steps.append(step)
-                if watch is not None:
-                    watch(result)
-                if folder is not None and checkpoint is not None and len(result.steps) % checkpoint == 0:
-                    _keep(result, steps, files, folder)
-                if number := interruption.signal_on_any_rank(comm):
-                    break
-        result.converged = not number
-    except EndedEarly as ended:
-        result.reason = str(ended)
-    finally:
-        steps.close()
-    if folder is None and not result.converged and result.steps:
-        folder = _folder_for_last_state(refuge, comm)
-    if number:
-        raise _interrupted(result, number, steps, files, folder)
-    if folder is not None and result.steps:
+    settings = NewtonSettings(tolerance, full_newton)
+    run = _Run(steps, places, Checkpoints(problem, lambda: identity(problem, stepping, settings)))
+    run.begin()
+    run.result.setup_s = time.perf_counter() - start - run.result.compile_s
+    return run.end(run.go(watch))
+
+
+class _Run:
+    """A run on its way: its march, its result so far, and where both are kept."""
+
+    def __init__(self, steps: March, places: Plan, files: Checkpoints) -> None:
+        self._steps, self._places, self._files = steps, places, files
+        self._comm = steps.problem.comm
+        self.result = Result(steps.problem, compile_s=steps.problem.compile.seconds)
+
+    def begin(self) -> None:
+        """Go on from where another run was, and keep the start."""
+        if self._places.source is not None:
+            memory, self.result.steps = self._files.load(self._places.source)
+            self._steps.begin_anew(memory)
+
+    def go(self, watch: Callable[[Result], None] | None) -> int:
+        """March to the end; the number of the signal that ended it, zero if none did."""
+        result, steps, number = self.result, self._steps, 0
+        if self._places.keeps_start:
+            self._save(checkpoints.PLANNED, self._places.folder)
         try:
-            write(folder, result)
+            with Interruption() as interruption:
+                for step in _timed(steps, result):
+                    result.steps.append(step)
+                    if watch is not None:
+                        _show(watch, result)
+                    if self._places.is_due(len(result.steps)):
+                        self._keep()
+                    if number := interruption.signal_on_any_rank(self._comm):
+                        break
+            reached = Ending.EQUILIBRIUM if steps.in_equilibrium else Ending.END_OF_TIME
+            result.ended = Ending.INTERRUPTED if number else reached
+        except EndedEarly as ended:
+            result.ended, result.reason = Ending.EARLY, str(ended)
+        except BaseException:
+            steps.leave()
+            raise
+        steps.close()
+        return number
+
+    def end(self, number: int) -> Result:
+        """Write what was found, and say how the run ended: by returning or by raising."""
+        result, folder = self.result, self._places.folder
+        if folder is None and not result.converged and result.steps:
+            folder = self._places.folder_for_last_state(self._comm)
+        if number:
+            raise self._interrupted(number, folder)
+        if folder is not None and result.steps:
+            try:
+                write(folder, result, density=True)
+            except OutputError as error:
+                raise RunNotWritten(result, error) from error
+            result.folder = folder
+        if not result.converged:
+            raise RunEndedEarly(result)
+        return result
+
+    def _save(self, kind: str, folder: Path | None) -> Path:
+        assert folder is not None
+        return self._files.save(folder, kind, self._steps.memory(), self.result.steps)
+
+    def _keep(self) -> None:
+        """Write a planned checkpoint; a full disk now need not end a run that may still come to its end."""
+        try:
+            self._save(checkpoints.PLANNED, self._places.folder)
         except OutputError as error:
-            raise RunNotWritten(result, error) from error
-        result.folder = folder
-    if not result.converged:
-        raise RunEndedEarly(result)
-    return result
+            if self._comm.rank == 0:
+                logging.getLogger("growthx").warning("growthx: %s; the run goes on", error)
+        self._steps.begin_anew()  # as a run that resumes from here does
+
+    def _interrupted(self, number: int, place: Path | None) -> RunInterrupted:
+        """Save the state, if there is a place for it; what a run that was ended raises."""
+        if place is None:
+            return RunInterrupted(self.result, number, None)
+        try:
+            kept = self._save(checkpoints.INTERRUPTED, place)
+        except OutputError as error:
+            return RunInterrupted(self.result, number, None, str(error))
+        return RunInterrupted(self.result, number, kept)
 
 
-def _check_plan(checkpoint: int | None, out: str | os.PathLike[str] | None) -> None:
-    if checkpoint is None:
-        return
-    if not isinstance(checkpoint, int) or isinstance(checkpoint, bool) or checkpoint < 1:
-        raise InputError(f"checkpoints are to be kept every {checkpoint!r} steps: a whole number from 1 would be right")
-    if out is None:
-        raise InputError(
-            f"checkpoints are to be kept every {checkpoint} steps, but nowhere: a folder to write to is needed"
-        )
-
-
-def _same_folder(source: Path | None, folder: Path) -> bool:
-    return source is not None and source.parent.resolve() == folder.resolve()
-
-
-def _folder_for_last_state(refuge: str | os.PathLike[str] | None, comm: MPI.Comm) -> Path | None:
-    """A new folder for a run without one; None if there is to be none, or there can be none where nobody may write."""
+def _show(watch: Callable[[Result], None], result: Result) -> None:
+    """Call what watches a run; where it raises an error on some ranks, all of them raise one (collective)."""
+    comm = result.problem.comm
     try:
-        return None if refuge is None else free_folder(refuge, comm)
-    except InputError:
-        return None
+        watch(result)
+    except BaseException as error:
+        comm.allgather(shown(error))
+        raise
+    found = comm.allgather("")
+    if any(found):
+        rank, problem = next((rank, problem) for rank, problem in enumerate(found) if problem)
+        raise GrowthxError(f"what watches the run raised {problem} at t = {result.time:g} on rank {rank}")
 
 
 def _timed(steps: March, result: Result) -> Iterator[Step]:
@@ -219,24 +209,3 @@ def _timed(steps: March, result: Result) -> Iterator[Step]:
         if step is None:
             return
         yield step
-
-
-def _interrupted(result: Result, number: int, steps: March, files: Checkpoints, place: Path | None) -> RunInterrupted:
-    """Save the state, if there is a place for it; what a run that was ended raises."""
-    if place is None:
-        return RunInterrupted(result, number, None)
-    try:
-        kept = files.save(place, checkpoints.INTERRUPTED, steps.memory(), result.steps)
-    except OutputError as error:
-        return RunInterrupted(result, number, None, str(error))
-    return RunInterrupted(result, number, kept)
-
-
-def _keep(result: Result, steps: March, files: Checkpoints, folder: Path) -> None:
-    """Write a planned checkpoint; a full disk now need not end a run that may still come to its end."""
-    try:
-        files.save(folder, checkpoints.PLANNED, steps.memory(), result.steps)
-    except OutputError as error:
-        if result.problem.comm.rank == 0:
-            logging.getLogger("growthx").warning("growthx: %s; the run goes on", error)
-    steps.begin_anew()  # as a run that resumes from here does

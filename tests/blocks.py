@@ -9,14 +9,29 @@ import basix
 import dolfinx
 import numpy as np
 import pytest
+import ufl
+from hypothesis import HealthCheck, Phase, settings
 from mpi4py import MPI
 
 import growthx as gx
-from growthx.boundary import owned
-from growthx.newton import Newton
-from growthx.variants import SIMPLICES
+from growthx.fem.assembly import assemble
+from growthx.fem.cells import SIMPLICES
+from growthx.fem.lumping import owned
+from growthx.solvers.newton import Newton
 
 COMM = MPI.COMM_WORLD
+
+
+def fuzz(examples):
+    """Settings of hypothesis for input that nobody would think of: as many examples, the same ones each time."""
+    return settings(
+        derandomize=True,
+        deadline=None,
+        database=None,
+        max_examples=examples,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
 
 
 SIDES = {  # name: direction, position
@@ -83,6 +98,49 @@ def block(mesh=None, **changes):
     return replace(scene, **changes)
 
 
+def region_size(mesh, name=None):
+    """Area or volume of a region, or of the whole body, over all ranks."""
+    return _integral(mesh, mesh.volume_measure(name, 3))
+
+
+def boundary_size(mesh, name):
+    """Length or area of a boundary, over all ranks."""
+    return _integral(mesh, mesh.boundary_measure(name, 2))
+
+
+def _integral(mesh, measure):
+    one = dolfinx.fem.Constant(mesh.domain, 1.0)
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(one * measure)))
+
+
+def file_refusal(path, **parameters):
+    """The one sentence, naming the file, with which every rank refuses the file of a mesh."""
+    with pytest.raises(gx.InputError) as caught:
+        gx.meshing.read(path, **parameters)
+    (sentence,) = set(COMM.allgather(str(caught.value)))
+    assert "\n" not in sentence and path.name in sentence
+    return sentence
+
+
+def strip(mesh, soft="soft", stiff="stiff", variant=gx.Q1):
+    """Displacement of the right end and reaction of the left of two unit squares, pulled with 0.1.
+
+    Without Poisson's effect: P = E (l − 1/l)/2 in each square, of E = 1 and of E = 10; l = 1.1049876 and 1.0100500.
+    """
+    scene = gx.Scene(
+        name="strip",
+        mesh=mesh,
+        material=gx.Material(young={soft: 1.0, stiff: 10.0}, poisson=0.0),
+        growth=gx.EnergyDrivenGrowth(attractor=0.0, rate=0.0),
+        supports=(gx.Support("left", (0.0, None)), gx.PointSupport((0.0, 0.0), (None, 0.0))),
+        loads=(gx.Traction("right", (0.1, 0.0)),),
+        program=gx.Program(step=1.0, until=1.0),
+    )
+    result = gx.solve(scene, variant)
+    u = result.problem.sample_displacement(np.array([[2.0, 0.5]]))[0, 0]
+    return float(u), float(result.steps[-1].reactions["left"][0])
+
+
 def run(scene, variant, **options):
     """The steps of a run and the discretised scene at its end."""
     problem = gx.discretise(scene, variant)
@@ -99,6 +157,16 @@ def densities(problem):
     dim, count = problem.scene.mesh.dim, problem.density_space.dofmap.index_map.size_local
     rows = np.column_stack([problem.density_positions()[:count, :dim], problem.density.x.array[:count]])
     return _sorted_by_place(gathered(rows), dim)
+
+
+def mass_residual(problem):
+    """What the balance of mass of each owned density is out by in the last step, as a weak form has it."""
+    test = ufl.TestFunction(problem.density_space)
+    degree = problem.variant.mass_degree
+    dV = problem.spaces.growing_volume.reconstruct(metadata={"quadrature_degree": degree})
+    source = problem.growth.mass_source(problem.density, problem.expressions.energy(), problem.material)
+    change = (problem.density - problem.state.old_density) / problem.state.time_step
+    return assemble(problem.compile.form((change - source) * test * dV))
 
 
 def displacements(problem):
@@ -125,25 +193,32 @@ def inside(cell, count=200):
     return generator.uniform(size=(count, dim))
 
 
+def elastic_energy(material, H):
+    """Ψ₀ⁿᵉᵒ at displacement gradients H, shape (…, dim, dim), by NumPy and of numbers near one."""
+    F = np.eye(H.shape[-1]) + H
+    J = np.linalg.det(F)
+    return material.elastic_energy(np.sum(F**2, axis=(-2, -1)) - H.shape[-1] - 2 * (J - 1), J - 1)
+
+
 def set_iterate(problem, displacement, density):
     """Put functions of position on the running iterate (the density only where it is an unknown)."""
-    if problem.unknown is problem.displacement:
-        problem.unknown.interpolate(displacement)
+    if problem.system.unknown is problem.displacement:
+        problem.system.unknown.interpolate(displacement)
     else:
-        problem.unknown.sub(0).interpolate(displacement)
-        problem.unknown.sub(1).interpolate(density)
-    for held in problem.held:
-        problem.unknown.x.array[held.dofs] = problem.amplitude * held.values
-    problem.unknown.x.scatter_forward()
+        problem.system.unknown.sub(0).interpolate(displacement)
+        problem.system.unknown.sub(1).interpolate(density)
+    for held in problem.system.supports.held:
+        problem.system.unknown.x.array[held.dofs] = problem.amplitude * held.values
+    problem.system.unknown.x.scatter_forward()
 
 
 def tangent(problem):
     """The matrix that Newton's method gets from PETSc at the running iterate, all of it, as an array."""
-    newton = Newton(problem)
+    newton = Newton(problem.system)
     newton._snes.setUp()
     solution = newton._solution
-    solution.array_w[:] = problem.unknown.x.array[: solution.local_size]
-    problem.out_of_balance()
+    solution.array_w[:] = problem.system.unknown.x.array[: solution.local_size]
+    problem.system.out_of_balance()
     newton._snes.computeJacobian(solution, newton._matrix)
     first, last = newton._matrix.getOwnershipRange()
     rows = gathered(newton._matrix.getValues(range(first, last), range(newton._matrix.size[1])))
@@ -153,7 +228,7 @@ def tangent(problem):
 
 def differences(problem, step=1e-6):
     """The same matrix by central differences of the out-of-balance forces; held unknowns get unit rows and columns."""
-    size, held = COMM.allreduce(len(problem.nodal_load)), _held(problem)
+    size, held = COMM.allreduce(problem.system.owned), _held(problem)
     units = np.eye(size)
     columns = [units[j] if j in held else difference_along(problem, units[j], step) for j in range(size)]
     return np.array(columns).T
@@ -161,16 +236,16 @@ def differences(problem, step=1e-6):
 
 def difference_along(problem, direction, step=1e-6):
     """Central difference of the out-of-balance forces along a direction in all unknowns of all ranks."""
-    unknown, size = problem.unknown.x.array, len(problem.nodal_load)
+    unknown, size = problem.system.unknown.x.array, problem.system.owned
     first = COMM.exscan(size) or 0
     start, forces = unknown.copy(), []
     for sign in (1, -1):
         unknown[:] = start
         unknown[:size] += sign * step * direction[first : first + size]
-        forces.append(problem.out_of_balance())
+        forces.append(problem.system.out_of_balance())
     unknown[:] = start
-    problem.unknown.x.scatter_forward()
-    problem.update()
+    problem.system.unknown.x.scatter_forward()
+    problem.system.densities.update()
     return gathered((forces[0] - forces[1]) / (2 * step))
 
 
@@ -183,13 +258,13 @@ def assert_tangent_matches_differences(problem, exact, count=5):
 
 def free_directions(problem, count):
     """Random directions in all unknowns of all ranks, zero where they are held, shape (count, unknowns)."""
-    directions = np.random.default_rng(0).normal(size=(count, COMM.allreduce(len(problem.nodal_load))))
+    directions = np.random.default_rng(0).normal(size=(count, COMM.allreduce(problem.system.owned)))
     directions[:, sorted(_held(problem))] = 0.0
     return directions
 
 
 def _held(problem):
     """Numbers of the held unknowns, over all ranks."""
-    first = COMM.exscan(len(problem.nodal_load)) or 0
-    own = {int(first + dof) for condition in problem.conditions for dof in owned(condition)}
+    first = COMM.exscan(problem.system.owned) or 0
+    own = {int(first + dof) for condition in problem.system.conditions for dof in owned(condition)}
     return set().union(*COMM.allgather(own))

@@ -1,7 +1,14 @@
 """The benchmark scenes: the paper's bar and femur, and a plate that scales."""
 
-from growthx.scenes.bar import bar
-from growthx.scenes.femur import femur
+from typing import NoReturn
+
+from growthx.common.errors import no_such_name
+from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar
+from growthx.scenes.femur import Femur, femur
 from growthx.scenes.plate import plate
 
-__all__ = ["bar", "femur", "plate"]
+__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "bar", "femur", "plate"]
+
+
+def __getattr__(name: str) -> NoReturn:
+    raise no_such_name("growthx.scenes", name, __all__)

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
 
-from growthx import meshing
-from growthx.errors import InputError, require_kind, shown
-from growthx.growth import EnergyDrivenGrowth
-from growthx.homogeneous import Equilibrium, uniaxial_equilibrium
-from growthx.loads import Traction
-from growthx.material import Material
-from growthx.sampling import positions, reference_corners
-from growthx.scene import Program, Scene
-from growthx.supports import Support
+from growthx.common.checks import require_kind
+from growthx.common.errors import InputError, shown
+from growthx.constitutive.growth import EnergyDrivenGrowth
+from growthx.constitutive.homogeneous import Equilibrium, uniaxial_equilibrium
+from growthx.constitutive.material import Material
+from growthx.meshing import files
+from growthx.meshing.sampling import positions, reference_corners
+from growthx.model.loads import Traction
+from growthx.model.program import Program
+from growthx.model.scene import Scene
+from growthx.model.supports import Support
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from growthx.arrays import Floats, Marks
-    from growthx.discretisation import Discretisation
-    from growthx.mesh import Mesh
+    from growthx.common.arrays import Floats, Marks
+    from growthx.discretisation.discretisation import Discretisation
+    from growthx.meshing.mesh import Mesh
 
 WIDTH = 0.01
 MOST_ELEMENTS = 100_000  # cells a thousand times as wide as long
@@ -72,19 +74,19 @@ def bar(
     cells: "triangle" halves each quadrilateral, with diagonals that alternate.
     n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
     """
-    require_kind(problem, Problem, "the problem of the bar", "DISCONTINUOUS, CONTINUOUS or another Problem")
+    require_kind(problem, Problem, "the problem of the bar", "gx.scenes.DISCONTINUOUS or gx.scenes.CONTINUOUS")
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
         raise InputError(
             f"the number of elements is {shown(elements)}: a whole number from 1 to {MOST_ELEMENTS} would be right"
         )
     if problem.taper == 1.0 and elements % 10:
         raise InputError(f"the discontinuous bar has {elements} elements: a multiple of 10 would meet its ten levels")
-    mesh = meshing.read(
-        meshing.locate("bar.geo"),
+    mesh = files.read(
+        files.locate("bar.geo"),
         comm=comm,
         elements=elements,
         taper=problem.taper,
-        triangles=meshing.triangles(cells),
+        triangles=files.triangles(cells),
     )
     return Scene(
         name=f"bar, {problem.name}",
@@ -106,7 +108,8 @@ def lower_edge(problem: Problem, count: int = 2000) -> Floats:
 
 def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
     """Semi-analytic state at biological equilibrium where every cross-section is free: the end of a long march."""
-    growth = replace(scene.growth, attractor=float(problem.attractor(np.array([x]))[0]))
+    law: Any = scene.growth
+    growth = replace(law, attractor=float(problem.attractor(np.array([x]))[0]))
     return uniaxial_equilibrium(scene.material, growth, float(problem.traction(np.array([x]))[0]))
 
 
@@ -119,7 +122,7 @@ def midpoint_density_change(discretisation: Discretisation) -> float:
         for dof in space.dofmap.list[cell]:
             x, y, _ = places[dof]
             found.append((round(abs(x - 0.5), 9), round(y, 9), float(discretisation.density.x.array[dof])))
-    density = min(entry for entries in mesh.domain.comm.allgather(found) for entry in entries)[2]
+    density = min(entry for entries in mesh.comm.allgather(found) for entry in entries)[2]
     return density / discretisation.scene.material.reference_density - 1
 
 

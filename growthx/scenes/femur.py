@@ -1,39 +1,55 @@
 """The proximal femur under the daily loads of walking and of extreme ab- and adduction (the paper's section 6).
 
-Units: N, mm, MPa, g/cm³.  x points medially, y proximally.
+Units: N, mm, MPa, g/cm³.  y points proximally, and on our own outline x points medially.
 """
 
 from __future__ import annotations
 
-import csv
-from dataclasses import dataclass, replace
-from functools import cache
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
-from scipy.interpolate import CubicSpline
-from scipy.spatial import KDTree
 
-from growthx import meshing
-from growthx.errors import InputError, require_kind, require_number, shown
-from growthx.growth import EnergyDrivenGrowth
-from growthx.loads import DistributedForce, LoadCase, Position
-from growthx.material import Material
-from growthx.mesh import Mesh
-from growthx.scene import Program, Scene
-from growthx.supports import Support
+from growthx.common.checks import require_kind, require_number
+from growthx.common.errors import InputError, raise_on_all, shown
+from growthx.constitutive.growth import EnergyDrivenGrowth
+from growthx.constitutive.material import Material
+from growthx.meshing import files
+from growthx.meshing.mesh import Mesh
+from growthx.model.loads import DistributedForce, LoadCase
+from growthx.model.program import Program
+from growthx.model.scene import Scene
+from growthx.model.supports import Support
+from growthx.scenes.anatomy import (
+    Anatomy,
+    Insertion,
+    JointArc,
+    outline,
+    own_anatomy,
+    own_insertion,
+    own_zones,
+    zones,
+    zones_of,
+)
+from growthx.scenes.landmarks import find, loaded_length
 
 if TYPE_CHECKING:
-    from growthx.arrays import Floats
+    from growthx.common.arrays import Floats
 
-HEAD_CENTRE = (43.0, 132.0)
-JOINT_HALF_ARC = np.radians(35.0)
-CONTROL_POINTS = 63  # of the outline
-ABDUCTOR_INSERTION = (45, 52)  # of them
+__all__ = ["LOAD_CASES", "Femur", "abductor_weight", "combination", "femur", "loaded_arcs", "outline", "zones"]
+
 PAPER_SIZE = 3.5  # mm, of cells as many as the paper's
-OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
+LEAST_FACETS = 3  # that a force must act on
+LEAST_ARC = 0.8  # of the length that a force should act on
+FOREIGN_ZONES = (
+    "the outline is not growthx's own, for which its zones are polygons in mm: a CSV file of your own polygons "
+    "(--zones) has their mean densities told"
+)
 
 
 @dataclass(frozen=True)
@@ -69,9 +85,25 @@ AVERAGE = (0.6, 0.2, 0.2)
 SUPERPOSED = (1.0, 1.0, 1.0)
 
 
+@dataclass(frozen=True, repr=False)
+class Femur(Scene):
+    """A scene with what it knows of its femur.
+
+    anatomy: where the hip's forces act.  zones: polygons by name, shape (corners, 2), whose mean densities can be told;
+    none where they would not be meant.  thickness: of the plane model (mm).
+    """
+
+    anatomy: Anatomy = field(default_factory=own_anatomy)
+    zones: Mapping[str, Floats] = MappingProxyType({})
+    thickness: float = 30.0
+
+
 def femur(
     mesh: Mesh | str | Path | None = None,
     *,
+    head: tuple[float, float, float] | None = None,
+    trochanter: tuple[tuple[float, float], tuple[float, float]] | None = None,
+    zones: str | Path | Mapping[str, Any] | None = None,
     cells: str = "quadrilateral",
     size: float | None = None,
     refine: int = 1,
@@ -82,17 +114,26 @@ def femur(
     m: float = 3.0,
     step: float = 4.0,
     until: float = 160.0,
+    trusted: bool = False,
     comm: MPI.Comm = MPI.COMM_WORLD,
-) -> Scene:
+) -> Femur:
     """The femur, fixed at its distal end and loaded by the weighted sum of the three load cases.
 
-    mesh: a Mesh or a .geo or .msh file in mm with boundaries "surface" and "distal"; default: our own outline, in 658
-    quadrilaterals as in the paper unless `cells` is "triangle" or a `size` of cells (mm) is asked for.
+    mesh: a plane Mesh, or a file of one as `meshing.read` takes it, in mm, y proximal, left or right, with a boundary
+    "distal" and "surface", or "head" and "trochanter", or all; default: our own outline, in 658 quadrilaterals as in
+    the paper unless `cells` is "triangle" or a `size` of cells (mm) is asked for.
+    head: centre and radius (x, y, r) of the mesh's; default: of a circle fitted to "head", or to what is round of
+    "surface".  trochanter: both ends of the abductors' insertion on "surface"; default: the boundary "trochanter", or
+    the lateral side of the greater trochanter, which is looked for.  On our own outline both are known.
+    zones: polygons by name whose mean densities are of interest, or a CSV file with the columns zone, x_mm and y_mm;
+    default: the anatomical zones of our own outline, or of its mirror image, and none on another.
     refine: every cell is split into refine × refine.
     thickness: of the plane model (mm).  weights: of the load cases, `AVERAGE`, `SUPERPOSED` or your own.
     separate: each load case has its own displacement under its full forces, and the density is driven by the mean of
     their energies, weighted; otherwise one displacement is that of the weighted sum of the forces.
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
+    trusted: let a script of the mesh run programs and write files, see `meshing.read`.
+    Raises InputError where the head or the trochanter cannot be told, or do not lie on the boundary.
     """
     require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
     if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
@@ -104,101 +145,131 @@ def femur(
     require_kind(separate, bool, "separate, of the load cases,", "True or False")
     program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
-    if mesh is None:
-        mesh = _own_mesh(cells, size, refine, comm)
-    elif not isinstance(mesh, Mesh):
-        mesh = meshing.read(mesh, refine=refine, comm=comm)
-    return Scene(
+    mesh, where = _mesh_and_anatomy(mesh, head, trochanter, cells, size, refine, trusted, comm)
+    scene = Femur(
         name="femur",
         mesh=mesh,
         material=Material(young=500.0, poisson=0.2, reference_density=1.2, density_exponent=n),
         growth=EnergyDrivenGrowth(attractor=0.01, rate=1.0, exponent=m),
         supports=(Support("distal"),),
-        loads=() if separate else tuple(force for case, w in used for force in _forces(case, w / thickness)),
-        cases=tuple(LoadCase(case.name, w, _forces(case, 1 / thickness)) for case, w in used if separate),
+        loads=() if separate else tuple(force for case, w in used for force in _forces(case, w / thickness, where)),
+        cases=tuple(LoadCase(case.name, w, _forces(case, 1 / thickness, where)) for case, w in used if separate),
         program=replace(program, ramp=5 * step),
+        anatomy=where,
+        zones=MappingProxyType(_zones(mesh, where, zones)),
+        thickness=thickness,
     )
+    loaded_arcs(scene)
+    return scene
+
+
+def _mesh_and_anatomy(
+    mesh: Mesh | str | Path | None,
+    head: Any,
+    trochanter: Any,
+    cells: str,
+    size: float | None,
+    refine: int,
+    trusted: bool,
+    comm: Any,
+) -> tuple[Mesh, Anatomy]:
+    if mesh is None:
+        for name, given in (("head", head), ("trochanter", trochanter)):
+            if given is not None:
+                raise InputError(
+                    f"the {name} is {shown(given)}, for a mesh that is not given: the built-in outline has its own"
+                )
+        if trusted:
+            raise InputError("trusted is True, for a mesh that is not given: the built-in outline is no stranger's")
+        return _own_mesh(cells, size, refine, comm), own_anatomy()
+    if not isinstance(mesh, Mesh):
+        mesh = files.read(mesh, refine=refine, trusted=trusted, comm=comm)
+    if mesh.dim != 2:
+        raise InputError(
+            f"the femur's mesh has cells of the shape {mesh.cell_name}, and its scene is plane: quadrilaterals or "
+            "triangles would be right"
+        )
+    return mesh, find(mesh, head, trochanter)
+
+
+def _zones(mesh: Mesh, where: Anatomy, given: str | Path | Mapping[str, Any] | None) -> dict[str, Floats]:
+    """The polygons of the user, or our own where they are meant."""
+    if given is None:
+        return own_zones(where.head.medial) if where.ours else {}
+    found: dict[str, Floats] = {}
+    problem = ""
+    try:
+        found = zones_of(given)
+    except InputError as error:  # of a file, perhaps, that only some ranks can read
+        problem = str(error)
+    raise_on_all(mesh.comm, problem)
+    from growthx.post.zones import require_overlap  # not above: most runs have no zones to look at before their end
+
+    require_overlap(mesh, found)
+    return found
 
 
 def _own_mesh(cells: str, size: float | None, refine: int, comm: MPI.Comm) -> Mesh:
     """The outline's mesh: by default the one with the paper's counts, which gmsh's versions do not agree on."""
-    triangles = meshing.triangles(cells)
+    triangles = files.triangles(cells)
     if size is None and not triangles:
-        return meshing.read(meshing.locate("femur_658.msh"), refine=refine, comm=comm)
+        return files.read(files.locate("femur_658.msh"), refine=refine, comm=comm)
     size = PAPER_SIZE if size is None else size
     require_number(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
-    return meshing.read(meshing.locate("femur.geo"), refine=refine, comm=comm, size=size, triangles=triangles)
+    return files.read(files.locate("femur.geo"), refine=refine, comm=comm, size=size, triangles=triangles)
 
 
-def _forces(case: HipForces, factor: float) -> tuple[DistributedForce, DistributedForce]:
-    joint = tuple(factor * component for component in case.joint_force)
-    abductor = tuple(factor * component for component in case.abductor_force)
+def _forces(case: HipForces, factor: float, where: Anatomy) -> tuple[DistributedForce, DistributedForce]:
+    head, insertion = where.head, where.insertion
+
+    def force(components: tuple[float, float]) -> tuple[float, ...]:
+        return factor * head.medial * components[0], factor * components[1]
+
+    arc = JointArc(head, case.joint_angle)
     return (
-        DistributedForce("surface", joint, _joint_weight(case), case.name),
-        DistributedForce("surface", abductor, abductor_weight, case.name),
+        DistributedForce(head.on, force(case.joint_force), arc, case.name),
+        DistributedForce(insertion.on, force(case.abductor_force), insertion, case.name),
     )
 
 
-def _joint_weight(case: HipForces) -> Position:
-    """Cosine over ±35° of the head's arc about the direction the force comes from."""
-    centre = np.radians(90.0 - case.joint_angle)
-
-    def weight(x: Floats) -> Floats:
-        angle = np.arctan2(x[1] - HEAD_CENTRE[1], x[0] - HEAD_CENTRE[0]) - centre
-        angle = (angle + np.pi) % (2 * np.pi) - np.pi
-        return np.where(np.abs(angle) < JOINT_HALF_ARC, np.cos(np.pi / 2 * angle / JOINT_HALF_ARC), 0.0)
-
-    return weight
-
-
 def abductor_weight(x: Floats) -> Floats:
-    """Half a sine along the arc of the abductors' insertion, at points x of shape (3, points)."""
-    arc, share = _insertion()
-    distance, nearest = arc.query(x[:2].T)
-    return np.where(distance < OFF_OUTLINE, np.sin(np.pi * share[nearest]), 0.0)
+    """Half a sine along the arc of the abductors' insertion on our own outline, at points x of shape (3, points)."""
+    return own_insertion()(x)
 
 
-@cache
-def outline() -> Floats:
-    """Control points of the outline, anticlockwise from the distal medial corner, shape (63, 2), mm."""
-    points = np.array([place for _, place in _places("femur_outline.csv", "index")])
-    if len(points) != CONTROL_POINTS:
+@dataclass(frozen=True)
+class LoadedArc:
+    """Where a force of the hip acts.
+
+    case: its load case.  force: "joint" or "abductor".  on: the boundary.  newtons: its size under the case's weight.
+    length: of boundary on which it has weight (mm).
+    """
+
+    case: str
+    force: str
+    on: str
+    newtons: float
+    length: float
+
+
+def loaded_arcs(scene: Femur) -> list[LoadedArc]:
+    """On which length each force of a femur acts, in the order of its loads (collective)."""
+    forces = (load for load in scene.dead_loads if isinstance(load, DistributedForce))
+    return [_loaded_arc(scene, load, load.weight) for load in forces if isinstance(load.weight, (JointArc, Insertion))]
+
+
+def _loaded_arc(scene: Femur, load: DistributedForce, weight: JointArc | Insertion) -> LoadedArc:
+    """The arc of one force; InputError where it has too little of it."""
+    kind = "joint" if isinstance(weight, JointArc) else "abductor"
+    length, facets = loaded_length(scene.mesh, load.on, weight)
+    if facets < LEAST_FACETS or length < LEAST_ARC * weight.length:
+        place = f"the head, {weight.head}" if isinstance(weight, JointArc) else f"its insertion, {weight}"
         raise InputError(
-            f"growthx's own file femur_outline.csv has {len(points)} rows: a copy with {CONTROL_POINTS} is due"
+            f"the {kind} force of {load.case} would act on {facets} facets and {length:.3g} of {weight.length:.3g} mm "
+            f"of arc on '{load.on}', for {place}: places on the boundary, of the mesh's own head and trochanter, and "
+            f"{LEAST_FACETS} facets at least would be right"
         )
-    return points
-
-
-def _places(name: str, key: str) -> list[tuple[str, tuple[float, float]]]:
-    """The rows of one of growthx's own tables, each a key with a place (mm); InputError if the file is damaged."""
-    path = meshing.locate(name)
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [(row[key], (float(row["x_mm"]), float(row["y_mm"]))) for row in csv.DictReader(file)]
-    except (OSError, KeyError, TypeError, ValueError, csv.Error) as error:
-        raise InputError(f"growthx's own file {path} is damaged ({shown(error)}): a new copy would be right") from error
-    if not rows or not np.all(np.isfinite([place for _, place in rows])):
-        raise InputError(f"growthx's own file {path} is damaged (numbers are missing): a new copy would be right")
-    return rows
-
-
-@cache
-def _insertion() -> tuple[KDTree, Floats]:
-    """Points on the abductors' insertion, and their share of its arc length from 0 to 1."""
-    points = outline()
-    spline = CubicSpline(np.arange(len(points)), points)
-    arc = spline(np.linspace(*ABDUCTOR_INSERTION, 2001))
-    length = np.append(0.0, np.cumsum(np.hypot(*np.diff(arc, axis=0).T)))
-    return KDTree(arc), length / length[-1]
-
-
-@cache
-def zones() -> dict[str, Floats]:
-    """Polygons of anatomical zones by name, shape (corners, 2), mm."""
-    corners: dict[str, list[tuple[float, float]]] = {}
-    for zone, place in _places("femur_zones.csv", "zone"):
-        corners.setdefault(zone, []).append(place)
-    return {name: np.array(polygon) for name, polygon in corners.items()}
+    return LoadedArc(load.case, kind, load.on, math.hypot(*load.force) * scene.thickness, length)
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,19 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx import meshing
-from growthx.errors import InputError, shown
-from growthx.growth import EnergyDrivenGrowth
-from growthx.loads import Traction
-from growthx.material import Material
-from growthx.mesh import Mesh
-from growthx.scene import Program, Scene
-from growthx.supports import Support
+from growthx.common.communicators import steady
+from growthx.common.errors import InputError, shown
+from growthx.constitutive.growth import EnergyDrivenGrowth
+from growthx.constitutive.material import Material
+from growthx.meshing import files
+from growthx.meshing.mesh import Mesh
+from growthx.model.loads import Traction
+from growthx.model.program import Program
+from growthx.model.scene import Scene
+from growthx.model.supports import Support
 
 if TYPE_CHECKING:
-    from growthx.discretisation import Discretisation
+    from growthx.discretisation.discretisation import Discretisation
 
 MOST_CELLS = 5000  # over the height: fifty million in all
 
@@ -42,6 +44,7 @@ def plate(
             f"the number of cells over the plate's height is {shown(cells)}: a whole number from 1 to {MOST_CELLS} is "
             "needed"
         )
+    comm = steady(comm)
     domain = dolfinx.mesh.create_rectangle(comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), _cell_type(shape))
     mesh = Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)})
     return Scene(
@@ -56,7 +59,7 @@ def plate(
 
 
 def _cell_type(shape: str) -> dolfinx.mesh.CellType:
-    triangles = meshing.triangles(shape)
+    triangles = files.triangles(shape)
     return dolfinx.mesh.CellType.triangle if triangles else dolfinx.mesh.CellType.quadrilateral
 
 

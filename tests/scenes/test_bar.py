@@ -7,8 +7,8 @@ import ufl
 from blocks import COMM, gathered
 
 import growthx as gx
-from growthx.errors import InputError
-from growthx.fields import per_cell
+from growthx.common.errors import InputError
+from growthx.meshing.fields import per_cell
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar, end_displacement, equilibrium, midpoint_density_change
 
 LEVELS = [2.0, 1.75, 1.5, 1.25, 1.0, 1.0, 1.25, 1.5, 1.75, 2.0]
@@ -56,7 +56,9 @@ def test_traction_along_the_bar_balances_the_end(problem):
 def test_the_load_is_two_per_area_at_the_right_end(problem):
     """(2, 0) per reference area on the width of 0.01, nothing across, whatever the taper."""
     discretised = gx.discretise(bar(problem, 10), gx.Q1P0)
-    assert np.allclose(discretised.resultant(discretised.nodal_load), [0.02, 0.0], rtol=0, atol=1e-15)
+    assert np.allclose(
+        discretised.system.loads.resultant(discretised.system.loads.nodal_load), [0.02, 0.0], rtol=0, atol=1e-15
+    )
 
 
 def test_the_published_setting():
@@ -150,7 +152,9 @@ def test_triangles_halve_the_quadrilaterals(problem):
         attractors(scene).tolist() == (np.repeat(LEVELS, 4) if problem is DISCONTINUOUS else np.full(40, 2.0)).tolist()
     )
     discretised = gx.discretise(scene, gx.P1P0)
-    assert np.allclose(discretised.resultant(discretised.nodal_load), [0.02, 0.0], rtol=0, atol=1e-15)
+    assert np.allclose(
+        discretised.system.loads.resultant(discretised.system.loads.nodal_load), [0.02, 0.0], rtol=0, atol=1e-15
+    )
     assert discretised.mass() == pytest.approx(0.01 if problem is DISCONTINUOUS else 0.0075, rel=1e-12)
 
 

@@ -8,8 +8,8 @@ from blocks import gathered
 
 import growthx as gx
 from growthx import scenes
+from growthx.discretisation.variants import CATALOGUE
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, end_displacement, equilibrium, midpoint_density_change
-from growthx.variants import CATALOGUE
 
 MESHES = (10, 40, 100)
 # The paper's discontinuous bar: density change at mid-length and end displacement, each for 10, 40 and 100 elements.

@@ -16,7 +16,7 @@ from blocks import COMM, densities
 from scipy.optimize import brentq
 
 import growthx as gx
-from growthx import wellposedness
+from growthx.model import exponents
 
 YOUNG, ATTRACTOR, LENGTH = 1e4, 0.01, 10.0
 
@@ -118,7 +118,7 @@ def test_nodal_densities_fall_apart():
 
 def test_the_ill_posed_model_is_warned_of(caplog, monkeypatch):
     """FEBio's manual does not say so; whoever changes the load to an undetermined one should have read it."""
-    monkeypatch.setattr(wellposedness, "_said", set())
+    monkeypatch.setattr(exponents, "_said", set())
     with caplog.at_level(logging.WARNING, logger="growthx"):
         gx.discretise(rod(10), gx.Q1P0)
     assert [record.getMessage()[:60] for record in caplog.records] == [

@@ -5,13 +5,13 @@ from dataclasses import replace
 import dolfinx
 import numpy as np
 import pytest
-from blocks import COMM, gathered, square
+from blocks import gathered, square
 
 import growthx as gx
 from growthx import meshing, variants
-from growthx.errors import InputError
+from growthx.common.errors import InputError
+from growthx.post.zones import area_means
 from growthx.scenes.femur import AVERAGE, SUPERPOSED, Combination, abductor_weight, combination, femur, outline, zones
-from growthx.zones import area_means
 
 # Spec §4: joint N, angle, abductor N, angle; degrees from the vertical.
 TABLE = {
@@ -33,7 +33,7 @@ def forces(name):
 def resultant(scene, variant=None):
     """Sum of the nodal load (N per mm of thickness)."""
     discretised = gx.discretise(scene, variant or variants.default(scene.mesh.cell_name))
-    return discretised.resultant(discretised.nodal_load)
+    return discretised.system.loads.resultant(discretised.system.loads.nodal_load)
 
 
 def joint_weight(name):
@@ -181,12 +181,12 @@ def test_an_own_mesh_needs_the_femurs_boundaries():
         femur(square())
 
 
-def test_an_own_mesh_elsewhere_is_refused():
-    """In metres instead of millimetres no facet lies on the head: a force without a place is an error, not zero."""
-    domain = dolfinx.mesh.create_unit_square(COMM, 4, 4)
-    small = gx.Mesh.with_names(domain, {"distal": lambda x: x[1] < 1e-6, "surface": lambda x: x[1] > 1 - 1e-6})
-    with pytest.raises(InputError, match=r"^the force \(.*\) on 'surface' has no weight there: a positive one is "):
-        gx.discretise(femur(small), gx.P1P0)
+def test_a_force_without_a_place_is_refused():
+    """A force beside its boundary is an error, not zero: whatever is done to a scene's loads afterwards."""
+    scene = femur(size=9.0)
+    beside = replace(scene.loads[0], on="distal")
+    with pytest.raises(InputError, match=r"^the force \(.*\) on 'distal' has no weight there: a positive one is "):
+        gx.discretise(replace(scene, loads=(beside,)), gx.Q1P0)
 
 
 # -- its mesh ----------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import pytest
 
 import growthx as gx
 from growthx import scenes
-from growthx.errors import InputError
+from growthx.common.errors import InputError
 from growthx.scenes.plate import tip_displacement
 
 # (variant, N): u_y at (2, ½), lowest and highest density
@@ -47,7 +47,7 @@ def test_triangles_halve_the_quadrilaterals():
     meshes = [scenes.plate(4, shape=shape).mesh for shape in ("quadrilateral", "triangle")]
     assert [(mesh.cell_name, mesh.cell_count) for mesh in meshes] == [("quadrilateral", 32), ("triangle", 64)]
     problem = gx.discretise(scenes.plate(4, shape="triangle"), gx.P2P1)
-    assert problem.resultant(problem.nodal_load) == pytest.approx([0.0, -0.02], abs=1e-15)
+    assert problem.system.loads.resultant(problem.system.loads.nodal_load) == pytest.approx([0.0, -0.02], abs=1e-15)
 
 
 def test_unknown_cells_are_refused():

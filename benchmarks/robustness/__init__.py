@@ -1,0 +1,1 @@
+"""Which steps and loads the solver gets through, with what measures."""

@@ -1,0 +1,1 @@
+"""What the benchmarks have in common: progress bars and tables, CSV files and pages, pictures, scenes."""

@@ -1,0 +1,1 @@
+"""What a run costs: Newton steps, growth with size, where the time goes, and other codes."""

@@ -1,0 +1,1 @@
+"""Which exponents, histories, time steps, loads, cells and units the discretisations survive."""

@@ -1,0 +1,1 @@
+"""What the rows of the parts say: sentences with their numbers, and tables, a module for each part."""

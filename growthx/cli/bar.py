@@ -1,0 +1,53 @@
+"""The bar on the command line."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from growthx.cli.command import CELLS, SceneCommand, add_exponents, add_option
+from growthx.common.errors import InputError
+
+if TYPE_CHECKING:
+    from growthx.model.scene import Scene
+    from growthx.stepping.record import Result
+
+
+def _bar_arguments(parser: argparse.ArgumentParser) -> None:
+    add_option(
+        parser, "--problem", "discontinuous", str, "discontinuous (stepped stimulus) or continuous (tapered bar)"
+    )
+    add_option(parser, "--elements", 40, int, "number of elements along the bar; the paper takes 10, 40 and 100")
+    add_option(parser, "--cells", "quadrilateral", str, CELLS)
+    add_option(parser, "--dt", 0.1, float, "time step")
+    add_exponents(parser)
+
+
+def _bar(options: argparse.Namespace) -> Scene:
+    from growthx.scenes.bar import PROBLEMS, bar
+
+    if options.problem not in PROBLEMS:
+        raise InputError(f"there is no bar problem '{options.problem}': one of {', '.join(PROBLEMS)} would be right")
+    return bar(
+        PROBLEMS[options.problem], options.elements, cells=options.cells, n=options.n, m=options.m, step=options.dt
+    )
+
+
+def _read_bar(result: Result) -> Mapping[str, Any]:
+    from growthx.scenes.bar import end_displacement, midpoint_density_change
+
+    return {
+        "midpoint_density_change": midpoint_density_change(result.problem),
+        "end_displacement": end_displacement(result.problem),
+    }
+
+
+def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
+    from growthx.cli import report
+
+    values = {name.replace("_", " "): readings[name] for name in ("midpoint_density_change", "end_displacement")}
+    report.numbers(result, "bar", values, "", digits=6)  # as many as the paper prints
+
+
+BAR = SceneCommand("bar", "the paper's bar in tension", _bar_arguments, _bar, _read_bar, _show_bar)

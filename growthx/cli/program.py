@@ -1,0 +1,65 @@
+"""The command `growthx`: the benchmark scenes with their parameters, as tables for people or as JSON for programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from growthx.cli.bar import BAR
+from growthx.cli.femur import FEMUR
+from growthx.cli.mesh import MESH
+from growthx.cli.plate import PLATE
+from growthx.cli.scene_run import of_scene
+from growthx.common.errors import InputError
+from growthx.common.exits import guarded
+
+EPILOG = """\
+Exit status: 0 done, 1 results could not be written, 2 bad input, 3 the run ended early (its last good state is kept in
+a folder), 130, 138 and 143 it was ended by Ctrl-C, SIGUSR1 and SIGTERM (its state is kept: --resume goes on from it).
+In parallel: mpirun -n 2 growthx …, which lets a run end in order after SIGUSR1 only; PETSc options under the prefix
+-growthx_ go into the variable PETSC_OPTIONS.
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Bad arguments are bad input like any other."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message} ({self.prog} --help tells what there is)")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    return guarded(lambda: _main(sys.argv[1:] if arguments is None else arguments))
+
+
+def _main(arguments: Sequence[str]) -> int:
+    options = _parser().parse_args(arguments)
+    status: int = options.run(options)
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    from growthx import __version__
+
+    parser = _Parser(
+        prog="growthx",
+        description="Density growth of bone at finite strains (Kuhl, Menzel & Steinmann 2003).",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"growthx {__version__}")
+    words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    for command in (*map(of_scene, (BAR, FEMUR, PLATE)), MESH):
+        own = words.add_parser(
+            command.name,
+            help=command.help,
+            description=command.help,
+            epilog=EPILOG,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.arguments(own)
+        own.set_defaults(run=command.run)
+    return parser

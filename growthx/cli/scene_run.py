@@ -1,0 +1,151 @@
+"""A scene solved as the options of its command ask for, and told as tables or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import asdict, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from growthx.cli.command import Command, SceneCommand
+from growthx.common.errors import InputError
+
+if TYPE_CHECKING:
+    from growthx.stepping.control import Stepping
+
+
+VARIANTS = (
+    "discretisation, displacement before density; of quadrilaterals: Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri; "
+    "of triangles: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
+)
+
+SCHEMES = "scheme of time integration: implicit-euler, tr-bdf2 or sdirk2"
+
+LAST_STATE = "growthx-last-state"  # folder of runs that end early and have none
+IN_OUT = ""  # --resume alone
+
+
+def of_scene(scene: SceneCommand) -> Command:
+    """The command that solves a scene."""
+    return Command(scene.name, scene.help, partial(_arguments, scene), partial(_run, scene))
+
+
+def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--variant", metavar="NAME", help=VARIANTS)
+    scene.arguments(parser)
+    _add_stepping(parser)
+    parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
+    parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+    _add_checkpoints(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
+
+
+def _run(command: SceneCommand, options: argparse.Namespace) -> int:
+    from growthx.cli import report
+    from growthx.discretisation import variants
+    from growthx.meshing.files import load_gmsh
+    from growthx.model.exponents import is_well_posed
+    from growthx.post.wellposedness import check
+    from growthx.results import summary
+    from growthx.run import RunEndedEarly, RunNotWritten, solve
+
+    variant = None if options.variant is None else variants.named(options.variant)
+    stepping = _stepping(options)
+    if command.by_gmsh:
+        load_gmsh()
+    start = time.perf_counter()
+    scene = command.build(options)
+    setup = time.perf_counter() - start
+    variant = variant or variants.default(scene.mesh.cell_name)
+    status = 0
+    try:
+        with report.progress(scene) as watch:
+            result = solve(
+                scene,
+                variant,
+                out=options.out,
+                watch=watch,
+                stepping=stepping,
+                full_newton=options.full_newton,
+                checkpoint=options.checkpoint,
+                resume=_source(options),
+                refuge=LAST_STATE,
+            )
+    except (RunEndedEarly, RunNotWritten) as ended:
+        result, status = ended.result, ended.exit_status
+        if scene.mesh.comm.rank == 0:
+            kept = f"the last good state is in {result.folder}" if result.folder else "nothing has been written"
+            print(f"growthx: {ended}; {kept}", file=sys.stderr)
+    result.setup_s += setup
+    readings = command.read(result)
+    posed = check(result.problem) if options.check or not is_well_posed(scene) else None
+    if posed is not None:
+        readings = {**readings, "well_posedness": asdict(posed)}
+    if options.json:
+        answer = json.dumps({**summary(result), **readings}, ensure_ascii=False)
+        if scene.mesh.comm.rank == 0:
+            print(answer)
+    else:
+        report.steps(result)
+        command.show(result, readings)
+        report.times(result)
+        if posed is not None:
+            report.say(result, f"{scene.name}: {posed}")
+    return status
+
+
+def _source(options: argparse.Namespace) -> str | None:
+    """The checkpoint, or the folder of some, that the options ask for; None for a run from the beginning."""
+    if options.resume != IN_OUT:
+        return options.resume
+    if options.out is None:
+        raise InputError("--resume names no checkpoint and there is no --out: the folder of a run would be right")
+    return options.out
+
+
+def _add_stepping(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--adaptive",
+        type=float,
+        metavar="ERROR",
+        help="choose the time steps by this error of density in each, relative (steps of fixed length)",
+    )
+    parser.add_argument("--scheme", metavar="NAME", help=f"{SCHEMES} (implicit-euler; with --adaptive, tr-bdf2)")
+    parser.add_argument(
+        "--equilibrium",
+        type=float,
+        metavar="SHARE",
+        help="end the run when the rate of density has fallen to this share of unloaded resorption",
+    )
+    parser.add_argument(
+        "--full-newton",
+        action="store_true",
+        help="assemble and factorise the tangent at every iteration, as the paper (only where that pays)",
+    )
+
+
+def _add_checkpoints(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--checkpoint", type=int, metavar="K", help="keep the state in --out, at the start and after every K steps"
+    )
+    parser.add_argument(
+        "--resume",
+        nargs="?",
+        const=IN_OUT,
+        metavar="FROM",
+        help="go on from a checkpoint, or from the last one in a folder (that of --out)",
+    )
+
+
+def _stepping(options: argparse.Namespace) -> Stepping:
+    """The way through time that the options ask for."""
+    from growthx.stepping import time_schemes
+    from growthx.stepping.control import AdaptiveSteps, FixedSteps
+
+    stepping: Stepping = FixedSteps(equilibrium=options.equilibrium)
+    if options.adaptive is not None:
+        stepping = AdaptiveSteps(options.adaptive, equilibrium=options.equilibrium)
+    return stepping if options.scheme is None else replace(stepping, scheme=time_schemes.named(options.scheme))

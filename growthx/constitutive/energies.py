@@ -1,0 +1,139 @@
+"""Stored energies: what all of them are to the rest of growthx, and one that is written in UFL by a user."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar
+
+import basix.ufl
+import ufl
+
+from growthx.common.arrays import Field
+from growthx.common.checks import require
+from growthx.common.overrides import Sealed
+from growthx.constitutive.expressions import exact_exponent, expression
+from growthx.constitutive.kinematics import in_space
+
+
+class Elasticity(Sealed, ABC, replaceable=()):
+    """A stored energy weighted by relative density, Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ᵉˡ; what follows from it for all of them.
+
+    A frozen dataclass with these parameters among its own.  reference_density: ρ* (density).  density_exponent: n (no
+    unit), a number or a field; where nothing grows there is no weight, whatever n is.
+    """
+
+    reference_density: Field
+    density_exponent: Field
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    coefficients: ClassVar[tuple[str, ...]] = ("reference_density", "density_exponent")
+    exponents: ClassVar[tuple[str, ...]] = ("density_exponent",)
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> Any:
+        """A modulus E at small strains (stress), in the form of the parameters: numbers, arrays or UFL.
+
+        Forces, energies and strains are measured against it; strain- and stress-driven growth convert by it.
+        """
+
+    @abstractmethod
+    def energy_at(self, H: Any) -> Any:
+        """Ψ₀ᵉˡ, energy per reference volume without the weight, as UFL of H = ∇u, shape (dim, dim)."""
+
+    @abstractmethod
+    def principal_energy(self, extensions: tuple[float, float, float]) -> float:
+        """Ψ₀ᵉˡ at principal stretches less one, λᵢ − 1, for parameters that are numbers."""
+
+    @abstractmethod
+    def principal_stresses(self, extensions: tuple[float, float, float], density: float) -> list[float]:
+        """Reduced momentum fluxes P̄ᵢ = [ρ/ρ*]ⁿ ∂Ψ₀ᵉˡ/∂λᵢ there (force per reference area), for such parameters."""
+
+    @property
+    def scales(self) -> tuple[str, ...]:
+        """Names of the parameters that `stiffness` depends on."""
+        return tuple(name for name in self.coefficients if name not in Elasticity.coefficients)
+
+    def weight(self, density: Any) -> Any:
+        """[ρ/ρ*]ⁿ, no unit."""
+        return (density / self.reference_density) ** exact_exponent(self.density_exponent)
+
+    def stress(self, H: Any, density: Any) -> Any:
+        """Reduced momentum flux P̄ = [ρ/ρ*]ⁿ ∂Ψ₀ᵉˡ/∂F (7) at H = ∇u, force per reference area.
+
+        UFL of shape (dim, dim), as H.
+        """
+        H = ufl.variable(H)
+        return self.weight(density) * ufl.diff(self.energy_at(H), H)
+
+    def _check_weight(self) -> None:
+        """Raise InputError for parameters of the weight that make no sense."""
+        require(self.reference_density, "the reference density ρ*", "a positive number", lambda rho: rho > 0)
+        require(self.density_exponent, "the density exponent n", "a number of at least 0", lambda n: n >= 0)
+
+
+@dataclass(frozen=True)
+class StoredEnergy(
+    Elasticity, ABC, replaceable=("energy_at", "coefficients"), final=("principal_energy", "principal_stresses")
+):
+    """An elastic energy of one's own, Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ᵉˡ(F): stress and tangents follow from it by differentiation.
+
+    A subclass, a frozen dataclass, states `energy` and `stiffness`, and names parameters of its own that may vary in
+    space in `coefficients`, beside those of this class.  Raises InputError, when the class is made, if it replaces
+    anything else, see `overrides`; and with the scene, if the energy is none that can be computed with.
+    """
+
+    reference_density: Field = field(default=1.0, kw_only=True)
+    density_exponent: Field = field(default=2.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        self._check_weight()
+
+    @abstractmethod
+    def energy(self, F: Any) -> Any:
+        """Ψ₀ᵉˡ, energy per reference volume without the weight [ρ/ρ*]ⁿ, as UFL of F = I + ∇u, shape (3, 3).
+
+        In the plane, of a strain in the plane: F has an out-of-plane 1.  Zero, and of no stress, at F = I.
+        """
+
+    def energy_at(self, H: Any) -> Any:
+        """The same of H = ∇u, shape (dim, dim).
+
+        An energy that is a difference of large numbers may be stated here once more, by H, to keep the digits of small
+        strains: then this is what is computed with.
+        """
+        space = in_space(H)
+        return expression(self.energy(ufl.Identity(3) + space), (), f"the energy of {type(self).__name__}")
+
+    def principal_energy(self, extensions: tuple[float, float, float]) -> float:
+        """Ψ₀ᵉˡ at principal stretches less one, λᵢ − 1, for parameters that are numbers."""
+        return self._principal.value(self._principal.energy, extensions)
+
+    def principal_stresses(self, extensions: tuple[float, float, float], density: float) -> list[float]:
+        """Reduced momentum fluxes P̄ᵢ = [ρ/ρ*]ⁿ ∂Ψ₀ᵉˡ/∂λᵢ there (force per reference area), for such parameters."""
+        weight = float(self.weight(density))
+        return [weight * self._principal.value(slope, extensions) for slope in self._principal.slopes]
+
+    @cached_property
+    def _principal(self) -> _PrincipalEnergy:
+        return _PrincipalEnergy(self)
+
+
+class _PrincipalEnergy:
+    """An energy and its derivatives by the principal stretches, in UFL that evaluates for numbers."""
+
+    def __init__(self, material: StoredEnergy) -> None:
+        somewhere = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
+        self._extensions = [ufl.Constant(somewhere) for _ in range(3)]
+        variables = [ufl.variable(extension) for extension in self._extensions]
+        rows = [[variables[i] if i == k else 0.0 for k in range(3)] for i in range(3)]
+        energy = material.energy_at(ufl.as_matrix(rows))
+        self.energy, *self.slopes = (
+            ufl.algorithms.expand_derivatives(each) for each in (energy, *(ufl.diff(energy, x) for x in variables))
+        )
+
+    def value(self, what: Any, extensions: tuple[float, float, float]) -> float:
+        """What one of the expressions is at numbers."""
+        return float(what((), dict(zip(self._extensions, map(float, extensions), strict=True))))

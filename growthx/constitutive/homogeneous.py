@@ -1,0 +1,136 @@
+"""Homogeneous states, against which the discretisations are compared: biological equilibrium of a bar in tension."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from growthx.common.checks import require, require_number
+from growthx.common.errors import InputError
+from growthx.constitutive.growth import GrowthLaw
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from growthx.constitutive.energies import Elasticity
+    from growthx.constitutive.sources import MassSource
+
+LEAST, MOST = 1e-16, 1e3  # stretch along the load, less one
+NEARER = 2.0  # factor by which it is made smaller where there is no state at the most
+LOWEST, HIGHEST = 1e-8, 1e8  # relative density
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A homogeneous state: density and strains along the load and across it (plane strain out of plane).
+
+    extension, transverse_extension: principal stretches less one, which keeps the digits of small ones.
+    """
+
+    density: float
+    extension: float
+    transverse_extension: float
+
+    @property
+    def stretch(self) -> float:
+        """Along the load."""
+        return 1 + self.extension
+
+    @property
+    def transverse_stretch(self) -> float:
+        """Across it."""
+        return 1 + self.transverse_extension
+
+
+def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: float) -> Equilibrium:
+    """Uniaxial tension in plane strain with R₀ = 0, for uniform parameters and a source that depends on the density.
+
+    The density follows from R₀ = 0: of a stimulus from [ρ/ρ*]^k D = S*, with the energy-driven law [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ =
+    Ψ₀* (6).  The transverse stretch follows from P̄₂₂ = 0, and the stretch from P̄₁₁ = traction (force per reference
+    area, positive).  Raises InputError where there is no such state, or no one density of it.
+    """
+    from scipy.optimize import brentq  # costly to import, and asked for by few
+
+    require(traction, "the traction", "a positive number", lambda t: t > 0)
+    n = material.density_exponent
+    require_number(n, "the density exponent n of a homogeneous state", "a number of at least 0", lambda n: n >= 0)
+    density = _density_by_power(material, growth) if isinstance(growth, GrowthLaw) else _density(material, growth)
+
+    def state(extension: float) -> Equilibrium:
+        # As a share of the extension, of which it keeps the digits; a share of one lowers the volume.
+        def stress_across(share: float) -> float:
+            return material.principal_stresses((extension, -share * extension, 0.0), 1.0)[1] / extension
+
+        narrowest = min(1.0, (1 - 1e-9) / extension)
+        across = -extension * brentq(stress_across, -1.0, narrowest, xtol=1e-15)
+        energy = material.principal_energy((extension, across, 0.0))
+        return Equilibrium(density(energy), extension, across)
+
+    def excess(logarithm: float) -> float:
+        at = state(math.exp(logarithm))
+        return material.principal_stresses((at.extension, at.transverse_extension, 0.0), at.density)[0] - traction
+
+    found = None
+    if excess(math.log(LEAST)) < 0:
+        found = state(math.exp(brentq(excess, math.log(LEAST), _beyond(excess, traction), xtol=1e-14)))
+    ends = material.reference_density * LOWEST, material.reference_density * HIGHEST
+    if found is None or found.density in ends:
+        raise InputError(
+            f"{type(growth).__name__} is zero at no density of a bar under the traction {traction:g}: one that has an "
+            "equilibrium there would be right"
+        )
+    return found
+
+
+def _beyond(excess: Callable[[float], float], traction: float) -> float:
+    """The logarithm of an extension at which the bar bears more than its load.
+
+    Some energies bear no such extension as the largest.
+    """
+    most = MOST
+    while most > LEAST:
+        try:
+            if excess(math.log(most)) > 0:
+                return math.log(most)
+        except ValueError:  # of a root that is not there
+            pass
+        most /= NEARER
+    raise InputError(
+        f"no extension of a bar of this material bears the traction {traction:g}: a lower one would be right"
+    )
+
+
+def _density_by_power(material: Elasticity, growth: GrowthLaw) -> Callable[[float], float]:
+    """ρ with [ρ/ρ*]^k D = S* of an energy."""
+    exponent = -1 / growth.power(material)
+
+    def density(energy: float) -> float:
+        relative = (growth.drive(energy, material) / growth.attractor) ** exponent
+        return float(material.reference_density * relative)
+
+    return density
+
+
+def _density(material: Elasticity, growth: MassSource) -> Callable[[float], float]:
+    """ρ with R₀ = 0 of an energy, for a source that falls there; the lowest or highest looked at, if it lies beyond."""
+    from scipy.optimize import brentq
+
+    reference = material.reference_density
+
+    def density(energy: float) -> float:
+        def source(logarithm: float) -> float:
+            return float(growth.mass_source(reference * math.exp(logarithm), energy, material))
+
+        ends = math.log(LOWEST), math.log(HIGHEST)
+        low, high = map(source, ends)
+        if low < 0 < high:
+            raise InputError(
+                f"{type(growth).__name__} rises with the density, from {low:g} to {high:g}, so that its equilibria are "
+                "not stable: one that falls would be right"
+            )
+        if low <= 0 or high >= 0:
+            return float(reference * (LOWEST if low <= 0 else HIGHEST))
+        return float(reference * math.exp(brentq(source, *ends, xtol=1e-15)))
+
+    return density

@@ -1,0 +1,1 @@
+"""What is looked at before a discretisation costs time, and before a march: arguments, fields, orders of magnitude."""

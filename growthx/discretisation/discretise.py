@@ -1,0 +1,35 @@
+"""From a scene and a variant to a discretisation that is ready to march."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from growthx.discretisation.checks.arguments import check_scene
+from growthx.discretisation.checks.magnitudes import warn_if_out_of_scale
+from growthx.discretisation.discretisation import Discretisation
+from growthx.meshing.corners import check_cells
+from growthx.model.exponents import warn_if_ill_posed
+from growthx.model.rigid_motions import check_held
+from growthx.solvers import abandoned
+
+if TYPE_CHECKING:
+    from growthx.discretisation.variants import Variant
+    from growthx.model.scene import Scene
+
+
+def discretise(scene: Scene, variant: Variant) -> Discretisation:
+    """The discretisation of a scene by a variant, ready to march.
+
+    Warns of a model that is not well posed, and of numbers whose orders of magnitude do not belong together.
+
+    Raises InputError if a cell of the mesh is not convex, if a part of the body is free to move, if the variant is
+    not made for the scene, or if these are no scene and no variant.
+    """
+    check_scene(scene, variant)
+    abandoned.free(scene.mesh.comm)
+    check_cells(scene.mesh)
+    check_held(scene)
+    warn_if_ill_posed(scene)
+    problem = Discretisation(scene, variant)
+    warn_if_out_of_scale(problem)
+    return problem

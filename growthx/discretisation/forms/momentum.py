@@ -1,0 +1,136 @@
+"""The balance of momentum of all load cases as weak forms: stress, loads that depend on the state, inertia."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import ufl
+
+from growthx.constitutive.expressions import expression
+from growthx.constitutive.kinematics import deformation_gradient, displacement_gradient, volume_change
+from growthx.discretisation.forms import balances
+from growthx.fem.lumping import at_corners, corner_shares
+from growthx.model.open_loads import OpenLoad, check_sides
+
+if TYPE_CHECKING:
+    from growthx.constitutive.energies import Elasticity
+    from growthx.discretisation.spaces import Spaces
+    from growthx.discretisation.state import State
+    from growthx.model.loads import LoadCase
+
+
+class Momentum:
+    """The weak balance of momentum, of the displacements `us` and test functions `tests` of the load cases.
+
+    Each load case counts by its weight, which makes the condensed tangent of all of them symmetric.
+    """
+
+    def __init__(self, spaces: Spaces, state: State, material: Elasticity) -> None:
+        """material: in UFL."""
+        scene = spaces.scene
+        self._spaces, self._scene, self._state, self._material = spaces, scene, state, material
+        # Where nothing grows stiffness has no weight: n = 0 and, should a law of one's own not heed n, ρ = ρ*.
+        self.at_rest = material if scene.growing is None else replace(material, density_exponent=0)
+        self._cases = spaces.cases
+        if scene.inertia is not None and scene.inertia.lumped:
+            self._corners = corner_shares(scene.mesh.domain)
+
+    def inside(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure, *, rests: bool = False) -> ufl.Form:
+        """What acts inside the body: stress, open body forces, the rate of momentum unless it is lumped.
+
+        rests: whether nothing grows there: the density then counts for forces and inertia alone.
+        """
+        scene, terms = self._scene, []
+        material, stiffening = self._stiffness(rho, rests)
+        for case, u, test in zip(self._cases, us, tests, strict=True):
+            test = _weighted(case, test)
+            terms.append(balances.internal_work(u, stiffening, test, material, dV))
+            terms += [
+                balances.external_work(-self._state.share * self._force(load, u, rho), test, dV)
+                for load in case.loads
+                if isinstance(load, OpenLoad) and load.on is None
+            ]
+        if scene.inertia is not None and not scene.inertia.lumped:
+            terms.append(self._inertia(us[0], rho, tests[0], dV))
+        return total(terms)
+
+    def _stiffness(self, rho: Any, rests: bool) -> tuple[Elasticity, Any]:
+        """The material, and the density that stiffens it: where nothing grows neither is to weigh anything."""
+        return (self.at_rest, self.at_rest.reference_density) if rests else (self._material, rho)
+
+    def of_corners(self, us: list[Any], rho: Any, tests: list[Any], volume: ufl.Measure) -> list[ufl.Form]:
+        """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
+        inertia = self._scene.inertia
+        lumped = inertia is not None and inertia.lumped
+        return [self._inertia(us[0], rho * self._corners, tests[0], at_corners(volume))] if lumped else []
+
+    def on_boundaries(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
+        """Minus the work of the loads on boundaries that depend on the state, one form for each."""
+        mesh, degree = self._scene.mesh, 2 * self._spaces.displacement_space.element.basix_element.degree
+        forms = []
+        for case, u, test in zip(self._cases, us, tests, strict=True):
+            for load in case.loads:
+                if isinstance(load, OpenLoad) and load.on is not None:
+                    force = self._force(load, u, rho)
+                    check_sides(force, mesh, load.on, f"the {load.what} {load.place}")
+                    measure = mesh.boundary_measure(load.on, degree)
+                    forms.append(balances.external_work(-self._state.share * force, _weighted(case, test), measure))
+        return forms
+
+    def _force(self, load: OpenLoad, u: Any, rho: Any) -> Any:
+        """The force of an open load; InputError if it is not a vector with an entry for each direction."""
+        mesh = self._scene.mesh
+        return expression(load.force(u, rho, mesh), (mesh.dim,), f"the open load {load.place}")
+
+    def largest_stiffness(self) -> float:
+        """The largest stiffness on this rank."""
+        stiffness = self._material.stiffness
+        if isinstance(stiffness, dolfinx.fem.Function):
+            return float(stiffness.x.array.max(initial=0.0))
+        if isinstance(stiffness, dolfinx.fem.Constant):
+            return float(stiffness.value)
+        points = self._spaces.variant.integration_points(self._scene.mesh.cell_name)
+        return float(self._spaces.evaluate(ufl.as_ufl(stiffness), points).max(initial=0.0))
+
+    def mean_energy(self, us: list[Any]) -> Any:
+        """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, energy per reference volume."""
+        energies = [self._material.energy_at(displacement_gradient(u)) for u in us]
+        return total([_weighted(case, energy) for case, energy in zip(self._cases, energies, strict=True)])
+
+    def mean_stress(self, us: list[Any], rho: Any, *, rests: bool = False) -> Any:
+        """Cauchy stress, the weighted mean over the load cases, shape (dim, dim); rests: as in `inside`."""
+        material, stiffening = self._stiffness(rho, rests)
+        stresses = []
+        for case, u in zip(self._cases, us, strict=True):
+            H, F = displacement_gradient(u), deformation_gradient(u)
+            stresses.append(_weighted(case, material.stress(H, stiffening) * F.T / (1 + volume_change(H))))
+        return total(stresses)
+
+    def of_what_rests(self, us: list[Any], tests: list[Any]) -> list[ufl.Form]:
+        """What acts inside the regions that do not grow, at the density they have from the start; none if all grow."""
+        if self._spaces.resting_volume is None:
+            return []
+        rho, volume = self._state.resting_density, self._spaces.resting_volume
+        return [self.inside(us, rho, tests, volume, rests=True), *self.of_corners(us, rho, tests, volume)]
+
+    def whole(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
+        """All of it but dead loads, tested by vectors in UFL, one for each load case: forms whose sum it is."""
+        dV = self._spaces.growing_volume
+        forms = [self.inside(us, rho, tests, dV), *self.of_corners(us, rho, tests, dV)]
+        return forms + self.of_what_rests(us, tests) + self.on_boundaries(us, rho, tests)
+
+    def _inertia(self, u: Any, rho: Any, test: Any, dV: ufl.Measure) -> ufl.Form:
+        old_u, old_velocity = self._state.motion
+        return balances.inertia(u, old_u, old_velocity, rho, test, self._state.time_step, dV)
+
+
+def total(terms: list[Any]) -> Any:
+    """The sum of UFL forms or expressions, of which there is one at least."""
+    return sum(terms[1:], terms[0])
+
+
+def _weighted(case: LoadCase, value: Any) -> Any:
+    """A value by the weight of its load case; as it is where that is the only one."""
+    return value if case.weight == 1.0 else case.weight * value

@@ -1,0 +1,193 @@
+"""Supports and dead loads of a scene on a function space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+
+from growthx.common.checks import require_number
+from growthx.common.errors import InputError
+from growthx.discretisation.forms import balances
+from growthx.fem.assembly import assemble
+from growthx.fem.lumping import owned
+from growthx.meshing.fields import interpolate, vector
+from growthx.model.open_loads import OpenLoad
+from growthx.model.supports import PointSupport
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from growthx.common.arrays import Floats, Indices
+    from growthx.discretisation.spaces import Spaces
+    from growthx.discretisation.unknowns import Unknowns
+    from growthx.meshing.mesh import Mesh
+    from growthx.model.loads import Load
+    from growthx.model.supports import Support
+
+
+LOOKED_AT = 1000  # times at which the peak of a load's history is looked for
+
+
+@dataclass(frozen=True)
+class Held:
+    """One direction of a support: moved by `value` (length) at full load, where the unknowns `dofs` are `values`."""
+
+    boundary: str  # or, of a point, its place
+    case: int
+    direction: int
+    value: float
+    dofs: Indices  # ghosts included
+    values: Floats
+    condition: dolfinx.fem.DirichletBC
+
+
+class Supports:
+    """What holds the displacements of the load cases.
+
+    held: each direction of each support; conditions: the same for DOLFINx.
+    """
+
+    def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
+        self._spaces, self._translations = spaces, unknowns.translations
+        scene = spaces.scene
+        self.held = [
+            held
+            for case, space in enumerate(unknowns.subspaces)
+            for held in _hold(scene.supports, scene.mesh, space, case)
+        ]
+        self.conditions = [held.condition for held in self.held]
+
+    def move(self, iterate: Floats, amplitude: float) -> None:
+        """Put an iterate, as `x.array`, to where the supports are at a share of their full displacements."""
+        for held in self.held:
+            iterate[held.dofs] = amplitude * held.values
+
+    def reactions(self, borne: Floats) -> dict[str, Floats]:
+        """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,).
+
+        borne: internal minus external forces of the owned unknowns.  Of several load cases, by the case's name and the
+        boundary's.
+        """
+        forces, cases, dim = borne.copy(), self._spaces.cases, self._spaces.scene.mesh.dim
+        names = [f"{cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
+        found: dict[str, Floats] = {name: np.zeros(dim) for name in names}
+        for name, held in zip(names, self.held, strict=True):
+            dofs, moved = owned(held.condition), self._translations[held.case][held.direction]
+            force = self._spaces.comm.allreduce(float(moved[dofs] @ forces[dofs])) / cases[held.case].weight
+            found[name][held.direction] += force
+            forces[dofs] = 0.0  # what two supports share is borne by the first
+        return found
+
+
+class DeadLoads:
+    """Nodal forces of the loads that do not depend on the state, of all load cases, each by its weight.
+
+    nodal_load: of the full loads without a history, shape (owned unknowns,); timed_loads: histories, and such forces.
+    """
+
+    def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
+        self._spaces, self._translations = spaces, unknowns.translations
+        self.nodal_load: Floats = np.zeros(unknowns.owned)
+        self.timed_loads: list[tuple[Callable[[float], float], Floats]] = []
+        for number, (case, test) in enumerate(zip(spaces.cases, unknowns.tests, strict=True)):
+            for load in case.loads:
+                if isinstance(load, OpenLoad):
+                    continue
+                forces = case.weight * _nodal_forces(load, spaces, test, partial(self.resultant, case=number))
+                if load.history is None:
+                    self.nodal_load += forces
+                else:
+                    self.timed_loads.append((load.history, forces))
+
+    def at(self, amplitude: float, time: float) -> Floats:
+        """Nodal forces at a share of the loads and a time, shape (owned unknowns,)."""
+        forces = amplitude * self.nodal_load
+        for history, load in self.timed_loads:
+            forces += _at_time(history, time) * load
+        return forces
+
+    def peak(self) -> Floats:
+        """Nodal forces at full load and at the peaks of the histories, which are looked for at a thousand times."""
+        times = self._spaces.scene.program.times()
+        times = times[:: math.ceil(len(times) / LOOKED_AT)]
+        load = self.nodal_load.copy()
+        for history, forces in self.timed_loads:
+            load += max(abs(_at_time(history, time)) for time in times) * forces
+        return load
+
+    def resultant(self, forces: Floats, case: int = 0) -> Floats:
+        """Sum of nodal forces on all ranks in a load case, one per direction, shape (dim,)."""
+        return np.array(self._spaces.comm.allreduce(self._translations[case] @ forces))
+
+    def resultants(self, forces: Floats) -> list[Floats]:
+        """Resulting force of each load case, of nodal forces that count by its weight, shape (dim,) each."""
+        return [self.resultant(forces, number) / case.weight for number, case in enumerate(self._spaces.cases)]
+
+    def full(self) -> Floats:
+        """Nodal forces of full loads, histories at one."""
+        return np.asarray(self.nodal_load + sum(load for _, load in self.timed_loads))
+
+
+def _at_time(history: Callable[[float], float], time: float) -> float:
+    """The share of a load at a time; InputError if it is not a finite number."""
+    share = history(time)
+    require_number(share, f"the history of a load at t = {time:g}", "a finite number", lambda _: True)
+    return float(share)
+
+
+def _hold(
+    supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
+) -> list[Held]:
+    """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
+    held = []
+    alone = dolfinx.fem.functionspace(mesh.domain, space.ufl_element().sub_elements[0])
+    for support in supports:
+        for i, value in support.components(mesh.dim):
+            part = space.sub(i)
+            # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
+            constant = dolfinx.fem.Function(alone)
+            constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
+            dofs, dofs_alone = _held_dofs(support, mesh, part, alone)
+            condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
+            held.append(Held(support.place, case, i, value, dofs, constant.x.array[dofs_alone], condition))
+    return held
+
+
+def _held_dofs(
+    support: Support | PointSupport, mesh: Mesh, part: dolfinx.fem.FunctionSpace, alone: dolfinx.fem.FunctionSpace
+) -> tuple[Indices, Indices]:
+    """The unknowns of one direction that a support holds, in the whole space and in that direction's own."""
+    if not isinstance(support, PointSupport):
+        found = dolfinx.fem.locate_dofs_topological((part, alone), mesh.dim - 1, mesh.boundary(support.on))
+        return found[0], found[1]
+    # By the corner of a cell: elements whose unknowns are moments (serendipity) have no positions.
+    found = dolfinx.fem.locate_dofs_topological((part, alone), 0, mesh.corner(support.at))
+    return found[0], found[1]
+
+
+def _nodal_forces(load: Load, spaces: Spaces, test: Any, resultant: Callable[[Floats], Floats]) -> Floats:
+    """The load's share of each owned unknown (force; per thickness in two dimensions).
+
+    test: test function of the displacement, perhaps in a mixed space.  resultant: sums nodal forces on all ranks, one
+    sum per direction.
+    Raises InputError for a load that is not finite, or for a force without weight on its boundary.
+    """
+    mesh, space = spaces.scene.mesh, spaces.displacement_space
+    intensity = dolfinx.fem.Function(space)
+    interpolate(intensity, vector(load.intensity))
+    measure = load.measure(mesh, 2 * space.element.basix_element.degree)
+    forces = assemble(spaces.compile.form(balances.external_work(intensity, test, measure)))
+    if mesh.comm.allreduce(int(not np.all(np.isfinite(forces)))):
+        raise InputError(f"the load {load.place} is not a number everywhere: finite forces would be right")
+    if load.resultant is None or not any(load.resultant):
+        return forces
+    wanted = np.array(load.resultant)
+    reached = float(resultant(forces) @ wanted / (wanted @ wanted))
+    if not reached > 0:
+        raise InputError(f"the force {load.resultant} {load.place} has no weight there: a positive one is needed")
+    return np.asarray(forces / reached)

@@ -1,0 +1,106 @@
+"""Compiling weak forms, on the clock, and assembling: linear forms, and means of what cells say."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+import ufl
+
+from growthx.fem import kernels
+from growthx.fem.point_values import check_expression, check_form
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats, Indices
+
+
+class Compiler:
+    """Compiles weak forms and keeps the time it took: generating, compiling and loading them."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def __call__(self, build: Any, *arguments: Any) -> Any:
+        """Call `build`, which compiles something, on the clock."""
+        start = time.perf_counter()
+        try:
+            return build(*arguments)
+        finally:
+            self.seconds += time.perf_counter() - start
+
+    def form(self, form: ufl.Form) -> dolfinx.fem.Form:
+        """The compiled form."""
+        check_form(form)
+        return self(kernels.form, form)
+
+    def expression(self, value: Any, X: Floats) -> dolfinx.fem.Expression:
+        """The compiled expression, for points X of the reference cell, (points, dim)."""
+        check_expression(value, X)
+        return self(kernels.expression, value, X)
+
+
+def assemble(form: dolfinx.fem.Form) -> Floats:
+    """The entries of a linear form this rank owns, with the other ranks' parts of them added (collective)."""
+    dofmap = form.function_spaces[0].dofmap
+    vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
+    dolfinx.fem.assemble_vector(vector.array, form)
+    vector.scatter_reverse(dolfinx.la.InsertMode.add)
+    return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+
+
+def cell_means(domain: dolfinx.mesh.Mesh, values: list[Any], volume: ufl.Measure, compile: Compiler) -> Floats:
+    """Means of UFL scalars over the owned cells by a measure of the whole volume, shape (cells, values)."""
+    return CellMeans(domain, values, volume, compile)()
+
+
+class CellMeans:
+    """The same, compiled once for all that their coefficients may become."""
+
+    def __init__(self, domain: dolfinx.mesh.Mesh, values: list[Any], volume: ufl.Measure, compile: Compiler) -> None:
+        space = dolfinx.fem.functionspace(domain, ("DG", 0, (len(values),)))
+        test, ones = ufl.TestFunction(space), [1.0] * len(values)
+        forms = (ufl.inner(ufl.as_vector(each), test) * volume for each in (values, ones))
+        self._total, sizes = (compile.form(form) for form in forms)
+        self._shape = -1, len(values)
+        self._volumes = assemble(sizes).reshape(self._shape)
+
+    def __call__(self) -> Floats:
+        """The means of what the values are now."""
+        return np.asarray(assemble(self._total).reshape(self._shape) / self._volumes)
+
+
+def average_cells(
+    space: dolfinx.fem.FunctionSpace, values: Floats, first: Indices | None = None
+) -> dolfinx.fem.Function:
+    """The function whose degrees of freedom are the means of what the cells around them say (collective).
+
+    space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell).
+    first: owned cells that alone are heard where there are any of them; None: all are.
+    """
+    heard = np.ones_like(values)
+    if first is None:
+        total, count = sum_cells(space, np.stack([values, heard], axis=2)).T
+    else:
+        heard[np.setdiff1d(np.arange(len(values)), first)] = 0.0
+        parts = [heard * values, heard, (1 - heard) * values, 1 - heard]
+        total, count, rest, others = sum_cells(space, np.stack(parts, axis=2)).T
+        total, count = np.where(count > 0, (total, count), (rest, others))
+    mean = dolfinx.fem.Function(space)
+    mean.x.array[:] = total / count
+    return mean
+
+
+def sum_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> Floats:
+    """Sums of what the cells around each degree of freedom say, shape (local dofs, entries), the same on all ranks.
+
+    space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell, entries).
+    """
+    dofmap, entries = space.dofmap, values.shape[2]
+    total = dolfinx.la.vector(dofmap.index_map, entries)
+    total.array[:] = 0.0
+    np.add.at(total.array.reshape(-1, entries), dofmap.list[: len(values)], values)
+    total.scatter_reverse(dolfinx.la.InsertMode.add)
+    total.scatter_forward()
+    return np.array(total.array.reshape(-1, entries))

@@ -1,0 +1,53 @@
+"""How a load is shown in pictures: an arrow for its force, where it acts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import dolfinx
+import numpy as np
+
+from growthx.common.checks import require_name, require_vector
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
+    from growthx.meshing.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """An arrow in a picture.
+
+    force: what it shows (dim,); arrows of one picture are as long as their forces say.  place: where it acts, (dim,).
+    label: its entry in the legend; arrows of one label have one colour.
+    """
+
+    force: tuple[float, ...]
+    place: tuple[float, ...]
+    label: str = "load"
+
+    def __post_init__(self) -> None:
+        for name, what in (("force", "the force of an arrow"), ("place", "the place of an arrow")):
+            object.__setattr__(self, name, require_vector(getattr(self, name), what))
+        require_name(self.label, "the label of an arrow")
+
+    @property
+    def size(self) -> float:
+        """The size of the force."""
+        return float(np.linalg.norm(self.force))
+
+
+def middle(mesh: Mesh, boundary: str, intensity: Callable[[Floats], Floats]) -> tuple[float, ...]:
+    """Mean position of a boundary, weighted by the size of a traction, a function of position (collective).
+
+    Of the whole boundary, where the traction is nothing at the middle of any of its facets.
+    """
+    facets = mesh.owned_facets(boundary)
+    middles = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim - 1, facets)
+    size = np.linalg.norm(intensity(middles.T), axis=0) if len(facets) else np.zeros(0)
+    if mesh.comm.allreduce(float(size.sum())) == 0:
+        size = np.ones(len(facets))
+    total = mesh.comm.allreduce(np.append(size @ middles, size.sum()))
+    return tuple(total[: mesh.dim] / total[3])

@@ -1,0 +1,371 @@
+"""Pictures of results with pyvista and matplotlib, made on rank 0."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from growthx.common.checks import (
+    check_picture,
+    require_flag,
+    require_functions,
+    require_kind,
+    require_number,
+    require_whole,
+)
+from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all
+from growthx.discretisation.checks.arguments import require_problem, require_problems
+from growthx.fem.compat import interpolation_points
+from growthx.meshing.sampling import positions
+from growthx.post.display import display
+from growthx.post.smoothing import smoothed_density
+from growthx.post.subcells import Subcells, subcells, uniform
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
+    from growthx.discretisation.discretisation import Discretisation
+    from growthx.model.arrows import Arrow
+
+    _Panel = tuple["_Body", list[Arrow]]
+
+# Suffixes of the formats that pyvista and matplotlib write.
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+GRAPHS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+COLOUR_MAP = "viridis"  # reads the same with and without colour vision
+PICTURE_WIDTH = 1000  # pixels, of a picture of one body
+PANEL_WIDTH = 620  # … and of one of several
+TEXT_HEIGHT = 60  # pixels, above and below a body
+BAR_WIDTH = 220
+COLOUR_BAR = {
+    "vertical": True,
+    "color": "black",
+    "title_font_size": 24,
+    "label_font_size": 22,
+    "position_x": 0.2,
+    "position_y": 0.08,
+    "height": 0.45,
+    "width": 0.5,
+    "fmt": "%.2f",
+}
+ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
+LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+LINE_STYLES = ("-", "-.", ":")
+RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
+ROUGH = 4  # straight pieces along an edge that stand for a curved one
+
+
+def density(
+    problem: Discretisation,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "density",
+    relative: bool = False,
+    smoothed: bool = False,
+    magnification: float = 1.0,
+    loads: bool = True,
+) -> None:
+    """Draw the density on the deformed shape of a plane body and save it, as the path's suffix says (see `IMAGES`).
+
+    What does not grow is plain grey, as is said below the colours, and has no part in their range.
+    title: of the colour bar, with the unit.  relative: draw [ρ − ρ*]/ρ* instead.  magnification: of the displacement.
+    smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
+    which is constant over the part of a cell that belongs to an integration point.
+    loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
+    Raises InputError, before anything is drawn, for a picture that could not be written and for a body in space.
+    """
+    require_problem(problem)
+    require_flag(loads, "loads, of a picture,")
+    _check_look(title, relative, smoothed, magnification)
+    check_picture(path, IMAGES, problem.comm)
+    panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
+    _on_rank_0(problem, path, lambda: _draw({"": panel}, title, Path(path), 1, PICTURE_WIDTH))
+
+
+def densities(
+    problems: Mapping[str, Discretisation],
+    path: str | os.PathLike[str],
+    *,
+    title: str = "density",
+    relative: bool = False,
+    smoothed: bool = False,
+    magnification: float = 1.0,
+    columns: int = 4,
+) -> None:
+    """Draw the densities of several plane bodies side by side, in one range of colours, and save them.
+
+    problems: by the text above each.  columns: most of them in a row.  Everything else as for `density`.
+    """
+    require_problems(problems)
+    require_whole(columns, "the number of columns")
+    _check_look(title, relative, smoothed, magnification)
+    first = next(iter(problems.values()))
+    check_picture(path, IMAGES, first.comm)
+    panels: dict[str, _Panel] = {
+        label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
+    }
+    _on_rank_0(first, path, lambda: _draw(panels, title, Path(path), columns, PANEL_WIDTH))
+
+
+def along_length(
+    problems: Mapping[str, Discretisation],
+    path: str | os.PathLike[str],
+    places: Floats,
+    *,
+    exact: Mapping[str, Callable[[float], float]] | None = None,
+) -> None:
+    """Plot ρ over x at places along a bar, (places, dim), as each variant knows it (formats: `GRAPHS`).
+
+    There are gaps where nothing grows.
+
+    problems: results by label.  exact: densities as functions of x by label, drawn as dashed lines.
+    Raises InputError, before anything is drawn, for a picture that could not be written and for what are no places.
+    """
+    require_problems(problems)
+    if exact is not None:
+        require_functions(exact, "the exact densities")
+    first = next(iter(problems.values()))
+    check_picture(path, GRAPHS, first.comm)
+    curves = {label: problem.sample_density(places) for label, problem in problems.items()}
+    for label, problem in problems.items():
+        if problem.rests:
+            curves[label][problem.sample_growing(places) == 0] = np.nan
+    x = np.asarray(places)[:, 0]
+    if not len(x):
+        raise InputError("there are no places to plot a density at: two or more along a line would be right")
+    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, Path(path)))
+
+
+def _check_look(title: str, relative: bool, smoothed: bool, magnification: float) -> None:
+    """Refuse what says nothing of how to draw."""
+    require_kind(title, str, "the title of a picture", "a text")
+    require_flag(relative, "relative, of a picture,")
+    require_flag(smoothed, "smoothed, of a picture,")
+    require_number(magnification, "the magnification of the displacement", "a finite number", lambda _: True)
+
+
+def _plot(curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 5.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot(xlabel="position along the bar", ylabel="density")
+    looks = zip(cycle(LINE_COLOURS), (style for style in cycle(LINE_STYLES) for _ in LINE_COLOURS), strict=False)
+    for (label, rho), (colour, style) in zip(curves.items(), looks, strict=False):
+        axes.plot(x, rho, style, label=label, color=colour, linewidth=1.5)
+    for label, function in exact.items():
+        axes.plot(x, [function(at) for at in x], label=label, color="black", linestyle="--", linewidth=1)
+    axes.grid(color="0.9")
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)
+
+
+def _on_rank_0(problem: Discretisation, path: str | os.PathLike[str], draw: Callable[[], None]) -> None:
+    """Draw on rank 0; an error there is one on all ranks, OutputError if the file is the reason."""
+    trouble, failure = "", None
+    if problem.comm.rank == 0:
+        try:
+            draw()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            trouble = f"the picture {path} cannot be written ({reason}): another folder would be right"
+        except Exception as error:  # the other ranks must hear of it whatever it is
+            failure = error
+    raise_on_all(problem.comm, trouble, OutputError)
+    if problem.comm.bcast(failure is not None):
+        raise failure or GrowthxError(f"the picture {path} could not be drawn")
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A plane body in loose pieces, gathered on rank 0; elsewhere, this rank's part."""
+
+    reference: Floats  # corners of the pieces at rest and deformed, shape (cells, corners, 3)
+    deformed: Floats
+    parts: Subcells
+    values: Floats  # per corner or per piece, shape (cells, corners or pieces); NaN where nothing grows
+    at_corners: bool
+
+    def surface(self, shape: Floats) -> Any:
+        """The pieces as a pyvista surface."""
+        import pyvista
+
+        cells, corners = shape.shape[:2]
+        around = self.parts.pieces[:, [0, 1, 3, 2] if self.parts.shape == "quadrilateral" else [0, 1, 2]]
+        polygons = (np.arange(cells)[:, np.newaxis, np.newaxis] * corners + around).reshape(-1, around.shape[1])
+        faces = np.insert(polygons, 0, polygons.shape[1], axis=1)
+        return pyvista.PolyData(shape.reshape(-1, 3), faces=faces.ravel())
+
+    def coloured(self, title: str) -> Any:
+        """The deformed pieces with their values."""
+        surface = self.surface(self.deformed)
+        (surface.point_data if self.at_corners else surface.cell_data)[title] = self.values.ravel()
+        return surface
+
+    def extent(self) -> Floats:
+        """Width and height, at rest and deformed together."""
+        places = np.concatenate([self.reference, self.deformed]).reshape(-1, 3)
+        return np.ptp(places[:, :2], axis=0)
+
+    def outline(self) -> Any:
+        """The border of the body at rest."""
+        return (
+            self.surface(self.reference)
+            .clean(tolerance=1e-6)
+            .extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
+        )
+
+
+def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification: float) -> _Body:
+    mesh = problem.scene.mesh
+    if mesh.dim != 2:
+        raise InputError(
+            f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
+        )
+    parts, values = _values(problem, smoothed)
+    at_corners = smoothed or not problem.variant.density.local
+    if relative:
+        values = values / problem.reference_density_at(parts.X if at_corners else parts.middles) - 1
+    reference = positions(mesh, parts.X)
+    deformed = reference.copy()
+    deformed[:, :, :2] += magnification * problem.displacement_at(parts.X)
+    values[problem.spaces.resting_cells] = np.nan
+    gathered = problem.comm.gather((reference, deformed, values)) or [(reference, deformed, values)]
+    at_rest, shape, known = (np.concatenate(part) for part in zip(*gathered, strict=True))
+    return _Body(at_rest, shape, parts, known, at_corners)
+
+
+def _values(problem: Discretisation, smoothed: bool) -> tuple[Subcells, Floats]:
+    """Pieces of a cell, and the density of each owned cell's pieces or, where it is continuous, of their corners."""
+    cell_name, space = problem.scene.mesh.cell_name, problem.density_space
+    if smoothed:
+        smooth = smoothed_density(problem)
+        cells = len(problem.scene.mesh.owned_cells)
+        return uniform(cell_name, 1), smooth.x.array[smooth.function_space.dofmap.list[:cells]]
+    if problem.variant.density.local:
+        points = interpolation_points(space.element)
+        parts = subcells(cell_name, points)
+        return parts, problem.density_at(points)[:, parts.points]
+    parts = uniform(cell_name, 1 if space.element.basix_element.degree == 1 else ROUGH)
+    return parts, problem.density_at(parts.X)
+
+
+def _arrows(problem: Discretisation) -> list[Arrow]:
+    """What shows the dead loads of a plane body (collective)."""
+    from growthx.model.arrows import Arrow
+
+    mesh, found = problem.scene.mesh, []
+    for load in problem.scene.dead_loads:
+        arrow = load.arrow(mesh)
+        require_kind(arrow, (Arrow, type(None)), f"the arrow of the load {load.place}", "an Arrow or None")
+        if arrow is not None and arrow.size > 0:
+            _check_entries(arrow, load.place, mesh.dim)
+            found.append(arrow)
+    return found
+
+
+def _check_entries(arrow: Arrow, place: str, dim: int) -> None:
+    """Refuse an arrow that is not drawn in the plane of the body."""
+    for what, vector in (("force", arrow.force), ("place", arrow.place)):
+        if len(vector) != dim:
+            raise InputError(
+                f"the arrow of the load {place} has {len(vector)} entries of its {what}: the mesh needs {dim}"
+            )
+
+
+def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, width: int) -> None:
+    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar."""
+    import pyvista
+
+    columns = min(columns, len(panels))
+    rows = -(-len(panels) // columns)
+    bodies = [body for body, _ in panels.values()]
+    proportion = max(height / across for across, height in (body.extent() for body in bodies))
+    height = round(width * min(2.0, max(0.5, proportion))) + 2 * TEXT_HEIGHT
+    limits = min(np.nanmin(body.values) for body in bodies), max(np.nanmax(body.values) for body in bodies)
+    options = {
+        "window_size": (columns * width + BAR_WIDTH, rows * height),
+        "shape": (rows, columns + 1),
+        "col_weights": [width] * columns + [BAR_WIDTH],
+        "groups": [(slice(None), columns)],
+        "border": False,
+    }
+    # Closed before the display goes, whatever happens in between: else it takes the process with it.
+    with display(), closing(pyvista.Plotter(off_screen=True, **options)) as plotter:
+        plotter.set_background("white")
+        for place, (label, (body, arrows)) in zip(np.ndindex(rows, columns), panels.items(), strict=False):
+            plotter.subplot(*place)
+            outline, mapper = _add_body(plotter, body, title, limits)
+            if legend := _add_arrows(plotter, outline, arrows):
+                size = (0.4, 0.03 * len(legend))
+                plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+            if label:
+                plotter.add_text(label, position="upper_left", color="black", font_size=14)
+        _look_from_above(plotter, list(np.ndindex(rows, columns))[: len(panels)], (width, height - 2 * TEXT_HEIGHT))
+        plotter.subplot(0, columns)
+        title = f"{title}\n"  # a line clear between title and bar
+        rests = any(np.isnan(body.values).any() for body in bodies)
+        bar = plotter.add_scalar_bar(mapper=mapper, title=title, nan_annotation=rests, **COLOUR_BAR)
+        bar.SetNanAnnotation("")  # there is no room beside it
+        if rests:
+            plotter.add_text("does not grow", (0.1, 0.04), color="black", font_size=11, viewport=True)
+        plotter.screenshot(str(path))
+
+
+def _look_from_above(plotter: Any, places: list[tuple[int, ...]], room: tuple[int, int]) -> None:
+    """Show what is in each panel in the same scale, as large as `room` (pixels) lets the largest be."""
+    sizes = []
+    for place in places:
+        plotter.subplot(*place)
+        left, right, low, high, *_ = plotter.renderer.bounds
+        sizes.append(max((right - left) / room[0], (high - low) / room[1]))
+    for place in places:
+        plotter.subplot(*place)
+        plotter.view_xy()
+        plotter.enable_parallel_projection()
+        plotter.camera.parallel_scale = 0.52 * max(sizes) * (room[1] + 2 * TEXT_HEIGHT)
+
+
+def _add_body(plotter: Any, body: _Body, title: str, limits: tuple[float, float]) -> tuple[Any, Any]:
+    """Draw the deformed body and its outline at rest; returns the outline and what maps densities to colours."""
+    surface, outline = body.coloured(title), body.outline()
+    options = {"cmap": COLOUR_MAP, "clim": limits, "nan_color": RESTING_COLOUR, "lighting": False}
+    actor = plotter.add_mesh(surface, scalars=title, show_scalar_bar=False, **options)
+    plotter.add_mesh(outline, color="grey", line_width=1.5, lighting=False)
+    return outline, actor.mapper
+
+
+def _add_arrows(plotter: Any, outline: Any, arrows: list[Arrow]) -> list[tuple[str, str]]:
+    """Draw the forces in proportion, pushing on the body or pulling at it; entries of the legend, one per label."""
+    import pyvista
+
+    if not arrows:
+        return []
+    extent = max(outline.bounds[1] - outline.bounds[0], outline.bounds[3] - outline.bounds[2])
+    scale = 0.22 * extent / max(arrow.size for arrow in arrows)
+    centre = np.array(outline.center[:2])
+    labels = dict.fromkeys(arrow.label for arrow in arrows)
+    colours = {label: ARROW_COLOURS[i % len(ARROW_COLOURS)] for i, label in enumerate(labels)}
+    # The small ones on top, where they would hide behind the large.
+    for height, arrow in enumerate(sorted(arrows, key=lambda arrow: -arrow.size), start=1):
+        shaft, place = scale * np.array(arrow.force), np.array(arrow.place)
+        length = float(np.linalg.norm(shaft))
+        start = place - shaft if shaft @ (place - centre) < 0 else place
+        thickness = 0.006 * extent / length
+        shape = pyvista.Arrow(
+            start=(*start, 0.01 * extent * height),
+            direction=(*shaft, 0.0),
+            scale=length,
+            shaft_radius=thickness,
+            tip_radius=2.5 * thickness,
+            tip_length=min(0.6, 6 * thickness),
+        )
+        plotter.add_mesh(shape, color=colours[arrow.label], lighting=False)
+    return [(f" {label}", colour) for label, colour in colours.items()]

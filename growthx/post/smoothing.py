@@ -1,0 +1,58 @@
+"""Densities smoothed to the corners of the cells: extrapolated from the integration points, averaged over the cells.
+
+For pictures alone: what is computed with is never smoothed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import basix.ufl
+import dolfinx
+import numpy as np
+
+from growthx.fem import compat
+from growthx.fem.assembly import average_cells
+from growthx.meshing.sampling import reference_corners
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
+    from growthx.discretisation.discretisation import Discretisation
+
+
+def smoothed_density(
+    problem: Discretisation, space: dolfinx.fem.FunctionSpace | None = None, of_cells: Floats | None = None
+) -> dolfinx.fem.Function:
+    """Continuous density, linear between the corners of the cells; of a node-based one, its values there.
+
+    At corners of cells that grow it is theirs alone: what rests beside them is not mixed into it.
+    space: `corner_space` of the mesh, for those who have it already.  of_cells: densities of each owned cell, shape
+    (owned cells, densities of a cell); default: those of the state.
+    """
+    space = corner_space(problem) if space is None else space
+    of_cells = problem.densities_of_cells() if of_cells is None else of_cells
+    first = problem.growing_cells if problem.rests else None
+    smooth = average_cells(space, of_cells @ _to_corners(problem).T, first)
+    smooth.name = "smoothed_density"
+    return smooth
+
+
+def corner_space(problem: Discretisation) -> dolfinx.fem.FunctionSpace:
+    """Scalars that are linear between the corners of the cells."""
+    return dolfinx.fem.functionspace(problem.scene.mesh.domain, ("Lagrange", 1))
+
+
+def _to_corners(problem: Discretisation) -> Floats:
+    """What each corner of a cell takes from each of its densities, shape (corners, densities); rows sum to one."""
+    cell_name, element = problem.scene.mesh.cell_name, problem.density_space.ufl_element()
+    if not problem.variant.density.local:
+        return problem.variant.density.shares(element, reference_corners(cell_name))
+    # The (multi)linear function nearest to the values at the points; where there are too few for one, the smallest.
+    return np.linalg.pinv(corner_functions(problem))
+
+
+def corner_functions(problem: Discretisation) -> Floats:
+    """The (multi)linear function of each corner of a cell where its densities are, shape (densities, corners)."""
+    points = compat.interpolation_points(problem.density_space.element)
+    linear = basix.ufl.element("Lagrange", problem.scene.mesh.cell_name, 1)
+    return np.asarray(linear.tabulate(0, points))[0]

@@ -1,0 +1,52 @@
+"""The numbers of a run that every scene has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from growthx.fem import compat
+from growthx.stepping.arguments import require_result
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from growthx.stepping.record import Result
+
+
+def summary(result: Result) -> Mapping[str, object]:
+    """The numbers of a run that every scene has, as scalars.
+
+    mass, min_density, max_density: of what grows; `growing` names its regions where other parts of the body rest.
+    """
+    from growthx import __version__
+
+    require_result(result)
+    problem = result.problem
+    low, high = problem.density_range()
+    return {
+        "schema": 1,
+        "versions": {"growthx": __version__, "dolfinx": compat.DOLFINX_VERSION},
+        "scene": result.scene.name,
+        "variant": result.variant.name,
+        "cells": result.scene.mesh.cell_count,
+        "dofs": problem.dofs,
+        "points": problem.points,
+        "time": result.time,
+        "steps": len(result.steps),
+        "newton_iterations": result.newton_iterations,
+        "factorisations": result.factorisations,
+        "linear_solver": result.linear_solver,
+        "converged": result.converged,
+        "ended": result.ended,
+        **({} if result.converged else {"reason": result.reason}),
+        "min_density": low,
+        "max_density": high,
+        "mass": problem.mass(),
+        "mass_defect": max((step.mass_defect for step in result.steps), default=0.0),
+        "force_defect": max((step.force_defect for step in result.steps), default=0.0),
+        "round_off": max((step.newton.round_off for step in result.steps), default=0.0),
+        **({"growing": list(problem.scene.growing or ())} if problem.rests else {}),
+        "setup_s": result.setup_s,
+        "compile_s": result.compile_s,
+        "solve_s": result.solve_s,
+    }

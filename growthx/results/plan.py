@@ -1,0 +1,89 @@
+"""Where a run keeps what it finds, and what it goes on from: looked at before it costs time."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from numbers import Integral
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from growthx.common.checks import (
+    require_function,
+    require_path,
+)
+from growthx.common.errors import InputError, shown
+from growthx.results.checkpoints import find, is_part_of
+from growthx.results.folders import free_folder, new_folder
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Where a run keeps what it finds.
+
+    folder: for results and checkpoints, None if nowhere.  every: steps from one planned checkpoint to the next, None
+    for none.  source: the checkpoint that the run goes on from.  refuge: a name for a folder, to be made for the last
+    state where there is none.
+    """
+
+    folder: Path | None = None
+    every: int | None = None
+    source: Path | None = None
+    refuge: str | os.PathLike[str] | None = None
+
+    @property
+    def keeps_start(self) -> bool:
+        """Whether the state at the start is kept: what was resumed from the same folder is there already."""
+        there = self.folder is not None and self.source is not None
+        same = there and self.source.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
+        return self.folder is not None and self.every is not None and not same
+
+    def is_due(self, steps: int) -> bool:
+        """Whether a planned checkpoint is to be kept after so many steps."""
+        return self.folder is not None and self.every is not None and steps % self.every == 0
+
+    def folder_for_last_state(self, comm: MPI.Comm) -> Path | None:
+        """A new folder for a run without one; None if there is to be none, or can be none where nobody may write."""
+        try:
+            return None if self.refuge is None else free_folder(self.refuge, comm)
+        except InputError:
+            return None
+
+
+def plan(
+    out: str | os.PathLike[str] | None,
+    every: int | None,
+    resume: str | os.PathLike[str] | None,
+    refuge: str | os.PathLike[str] | None,
+    comm: MPI.Intracomm,
+) -> Plan:
+    """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
+    source = None if resume is None else find(resume, comm)
+    folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
+    return Plan(folder, every, source, refuge)
+
+
+def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any) -> None:
+    """Refuse what a run cannot keep its results in, go on from, or tell of its steps."""
+    for place, what in (
+        (out, "the folder for results"),
+        (resume, "the checkpoint to resume from"),
+        (refuge, "the folder for the last state"),
+    ):
+        if place is not None:
+            require_path(place, what)
+    if watch is not None:
+        require_function(watch, "watch", "a function of the result so far")
+    if checkpoint is None:
+        return
+    if not isinstance(checkpoint, Integral) or isinstance(checkpoint, bool) or checkpoint < 1:
+        raise InputError(
+            f"checkpoints are to be kept every {shown(checkpoint)} steps: a whole number from 1 would be right"
+        )
+    if out is None:
+        raise InputError(
+            f"checkpoints are to be kept every {checkpoint} steps, but nowhere: a folder to write to is needed"
+        )

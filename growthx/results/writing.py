@@ -1,0 +1,43 @@
+"""All files of a run, whole or not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from growthx.common.checks import require_path
+from growthx.common.errors import OutputError
+from growthx.results.density import write_density
+from growthx.results.fields import FieldWriter
+from growthx.results.history import write_history
+from growthx.results.raw import raw_writer
+from growthx.results.series import agreed, aside
+from growthx.stepping.arguments import require_result
+
+if TYPE_CHECKING:
+    from growthx.stepping.record import Result
+
+
+def write(folder: Path, result: Result, *, density: bool = False) -> None:
+    """Write the last state into a folder made by `new_folder` (collective): fields, as means and raw, and the history.
+
+    density: and what `read_density` reads.
+
+    All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
+    accepted step, whose state would be there to write.
+    """
+    require_result(result)
+    require_path(folder, "the folder for results")
+    folder = Path(folder)
+    if not result.steps:
+        raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
+    comm = result.problem.comm
+    with aside(folder, comm) as hidden:
+        for make in (FieldWriter, raw_writer):
+            writer = make(hidden, result.problem)
+            writer.write(result.time)
+            writer.close()
+        with agreed(folder, comm):
+            write_history(hidden, result)
+            if density:
+                write_density(hidden, result.problem)

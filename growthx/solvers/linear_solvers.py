@@ -1,0 +1,325 @@
+"""The linear systems of Newton's method: which of PETSc's solvers fits a problem, by its kind and size.
+
+small: a factorisation, Cholesky where the tangent is symmetric, else LU;
+large: Krylov's methods with algebraic multigrid (GAMG), which knows of the rigid motions, for the displacement:
+    conjugate gradients   densities eliminated, tangent symmetric
+    GMRES                 densities eliminated, tangent not symmetric
+    flexible GMRES        nodal densities: a symmetric block Gauss–Seidel step, densities, displacement, densities,
+
+        | K_ρρ       |⁻¹
+        | K_uρ  K_uu |
+
+in the plane with a factor of K_uu alone, which is symmetric and much smaller than one of the whole.  K_uu, without what
+the densities would add to it by their elimination, does as well there as the condensed tangent of the same mesh: the
+two differ by a factor that depends on the law of growth and on nothing else.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+from petsc4py import PETSc
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from growthx.common.arrays import Floats, Indices
+    from growthx.solvers.problem import Layout, NonlinearProblem
+
+# Unknowns up to which a factorisation is faster, by dimension and degree of the displacement: of a tangent with
+# displacements alone, or of all. A factor is kept over many solutions, which cost little with it; in the plane memory
+# ends its use.
+LARGEST_CONDENSED = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 20_000, (3, 2): 100_000}
+LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_000}
+
+# ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
+TOLERANCE = 1e-2
+TOLERANCE_MONOLITHIC = 1e-1
+
+_SWEEPS = 3  # on the block of nodal densities, which is close to a mass matrix
+_RESTART = 60
+_DROPPED = 0.01  # couplings weaker than this do not decide which nodes GAMG aggregates
+
+
+class _Course:
+    """What PETSc calls after each iterative solution: counts its iterations, and lets what is held rest.
+
+    Rows of held unknowns are their own, but multigrid moves them with their neighbours; Newton's method has no residual
+    there that would bring them back.
+    """
+
+    def __init__(self, held: Indices) -> None:
+        self._held = held
+        self.solutions = self.iterations = 0
+
+    def __call__(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        x.array_w[self._held] = 0.0
+        self.solutions += 1
+        self.iterations += ksp.getIterationNumber()
+
+
+class LinearSolver:
+    """A KSP that fits a problem's tangent; what PETSc options have made of it shows in `description` and `direct`."""
+
+    def __init__(self, ksp: PETSc.KSP, course: _Course | None = None, *, of_parts: bool = False) -> None:
+        """course: of an iterative one.
+
+        of_parts: whether SNES gives the KSP parts of the matrix, as it does where unknowns have bounds.
+        """
+        self._ksp, self._course, self._of_parts = ksp, course, of_parts
+        self.negative_pivots = 0  # of the symmetric matrix that was factorised last, as far as known
+        self._replaced: list[PETSc.KSP] = []  # where MUMPS does what CHOLMOD could not
+
+    @property
+    def direct(self) -> bool:
+        """Whether a solution is exact but for round-off."""
+        return self._ksp.getType() == PETSc.KSP.Type.PREONLY and self._ksp.getPC().getType() in _FACTORS
+
+    @property
+    def description(self) -> str:
+        """The solver in the log's words, as "Cholesky (CHOLMOD)"."""
+        return _describe(self._ksp)
+
+    @property
+    def mean_iterations(self) -> float:
+        """Iterations of the iterative solutions so far, the mean; NaN if there was none."""
+        course = self._course
+        return course.iterations / course.solutions if course and course.solutions else float("nan")
+
+    def refresh(self) -> None:
+        """Factorise, or make the preconditioner of, the matrix as it is now; call it when the tangent was assembled.
+
+        A failure shows when the system is solved, or raises PETSc.Error where PETSc knows no better.
+        """
+        if self._of_parts:
+            return
+        if self._replaced and self.negative_pivots == 0:
+            self._factorise_by(PETSc.Mat.SolverType.CHOLMOD)
+        try:
+            self._set_up()
+        except PETSc.Error as error:
+            # CHOLMOD knows positive definite matrices only; beyond an instability a tangent need not be one.
+            self._replaced = _factorised_by_cholmod(self._ksp)
+            if error.ierr != _NOT_DEFINITE or not self._replaced:
+                raise
+            self._factorise_by(PETSc.Mat.SolverType.MUMPS)
+            self._set_up()
+        self.negative_pivots = _negative_pivots(self._ksp.getPC()) if self.direct else 0
+
+    def _factorise_by(self, package: str) -> None:
+        for ksp in self._replaced:
+            operators = ksp.getOperators()
+            ksp.getPC().reset()  # forgets them
+            ksp.setOperators(*operators)
+            ksp.getPC().setFactorSolverType(package)
+
+    def _set_up(self) -> None:
+        ksp = self._ksp
+        ksp.setOperators(*ksp.getOperators())  # else PETSc looks at the matrix again only when it solves
+        with _strict(ksp):
+            ksp.setUp()
+            ksp.setUpOnBlocks()
+
+
+def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
+    """A KSP, or its parts, for which CHOLMOD factorises."""
+    pc = ksp.getPC()
+    if pc.getType() == PETSc.PC.Type.FIELDSPLIT:
+        return [found for part in pc.getFieldSplitSubKSP() for found in _factorised_by_cholmod(part)]
+    cholmod = pc.getType() in _FACTORS and pc.getFactorSolverType() == PETSc.Mat.SolverType.CHOLMOD
+    return [ksp] if cholmod else []
+
+
+@contextmanager
+def _strict(ksp: PETSc.KSP) -> Iterator[None]:
+    """Within, CHOLMOD makes factors L Lᵀ, of positive definite matrices alone, also of small ones, and says nothing."""
+    set_here = []
+    for part in _factorised_by_cholmod(ksp):
+        options = PETSc.Options(part.getOptionsPrefix())
+        for name, value in _STRICT.items():
+            if not options.hasName(name):
+                options[name] = value
+                set_here.append((options, name))
+    try:
+        yield
+    finally:
+        for options, name in set_here:
+            options.delValue(name)
+
+
+def _negative_pivots(pc: PETSc.PC) -> int:
+    """Of a Cholesky factor: none where CHOLMOD has made it, and what MUMPS counts by the way."""
+    counted = pc.getType() == PETSc.PC.Type.CHOLESKY and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS
+    return int(pc.getFactorMatrix().getMumpsInfog(12)) if counted else 0
+
+
+def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, direct: bool = False) -> LinearSolver:
+    """Choose the solver of a problem's tangent; PETSc options are to be applied to the KSP afterwards (collective).
+
+    ksp: with its prefix.  matrix: made from `problem.coupling`, not necessarily assembled yet.
+    direct: factorise at any size, as a full Newton's method does.
+    """
+    ksp.setOperators(matrix)
+    if problem.symmetric:
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+    layout = problem.layout
+    limit = (LARGEST_CONDENSED if layout.condensed else LARGEST_MONOLITHIC)[layout.dim, layout.degree]
+    # Bounds of unknowns take rows out of the matrix, and with them what multigrid knows of it.
+    bounded = problem.limits() is not None
+    if direct or bounded or layout.dofs <= limit:
+        _factorise(ksp, problem.symmetric)
+        return LinearSolver(ksp, of_parts=bounded)
+    _iterate(ksp, problem)
+    course = _Course(layout.held)
+    ksp.setPostSolve(course)
+    if layout.condensed and len(layout.parts) == 1:
+        matrix.setNearNullSpace(_rigid_motions(problem, layout.parts[0]))
+        _use_multigrid(ksp.getPC())
+    else:
+        _split(ksp, problem, matrix)
+    return LinearSolver(ksp, course)
+
+
+def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    _choose_factor(ksp.getPC(), symmetric)
+
+
+def _choose_factor(pc: PETSc.PC, symmetric: bool) -> None:
+    pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
+    # CHOLMOD knows no more than one rank, and is not in every PETSc (in Debian's by its own name).
+    there = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
+    cholmod = symmetric and pc.comm.size == 1 and there
+    pc.setFactorSolverType(PETSc.Mat.SolverType.CHOLMOD if cholmod else PETSc.Mat.SolverType.MUMPS)
+
+
+def _iterate(ksp: PETSc.KSP, problem: NonlinearProblem) -> None:
+    """Krylov's method, which ends by the residual itself, as Newton's does."""
+    condensed = problem.layout.condensed
+    ksp.setTolerances(rtol=TOLERANCE if condensed else TOLERANCE_MONOLITHIC, max_it=500)
+    if problem.symmetric:
+        ksp.setType(PETSc.KSP.Type.CG)
+        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
+    else:
+        # The flexible method keeps what the preconditioner has made: where one iteration does, nothing is done twice.
+        ksp.setType(PETSc.KSP.Type.GMRES if condensed else PETSc.KSP.Type.FGMRES)
+        ksp.setGMRESRestart(_RESTART)
+        ksp.setPCSide(PETSc.PC.Side.RIGHT)
+
+
+def _use_multigrid(pc: PETSc.PC) -> None:
+    pc.setType(PETSc.PC.Type.GAMG)
+    name, options = "pc_gamg_threshold", PETSc.Options(pc.getOptionsPrefix())
+    if not options.hasName(name):  # there is no other way to set it from Python
+        options[name] = _DROPPED
+        pc.setFromOptions()
+        options.delValue(name)
+
+
+def _split(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat) -> None:
+    """Solve for the densities, if they are unknowns, and for the displacement of each load case in turn."""
+    pc, first, layout = ksp.getPC(), matrix.getOwnershipRange()[0], problem.layout
+    pc.setType(PETSc.PC.Type.FIELDSPLIT)
+    # Also where the matrix is not symmetric: with densities last, the balance of mass is left with hardly any residual.
+    pc.setFieldSplitType(PETSc.PC.CompositeType.SYMMETRIC_MULTIPLICATIVE)
+    displacements = [_owned(problem, part) for part in layout.parts]
+    if not layout.condensed:
+        rest = np.setdiff1d(np.arange(problem.owned, dtype=np.int32), np.concatenate(displacements))
+        pc.setFieldSplitIS(("density", PETSc.IS().createGeneral(first + rest, comm=problem.comm)))
+        _use_sweeps(pc.getFieldSplitSubKSP()[0])
+    for number, (part, dofs) in enumerate(zip(layout.parts, displacements, strict=True)):
+        rows = PETSc.IS().createGeneral(first + dofs, comm=problem.comm)
+        rows.setBlockSize(layout.dim)
+        rows.compose("nearnullspace", _rigid_motions(problem, part))
+        name = "displacement" if len(displacements) == 1 else f"displacement_{number + 1}"
+        pc.setFieldSplitIS((name, rows))
+        _approximate(pc.getFieldSplitSubKSP()[-1], rows.getSize(), layout)
+
+
+def _use_sweeps(ksp: PETSc.KSP) -> None:
+    """A fixed number of sweeps on the densities."""
+    ksp.setType(PETSc.KSP.Type.CHEBYSHEV)
+    ksp.setTolerances(max_it=_SWEEPS)
+    ksp.setNormType(PETSc.KSP.NormType.NONE)
+    ksp.getPC().setType(PETSc.PC.Type.JACOBI)
+
+
+def _approximate(ksp: PETSc.KSP, size: int, layout: Layout) -> None:
+    """One application of what fits a displacement of so many unknowns."""
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    pc = ksp.getPC()
+    if size > LARGEST_CONDENSED[layout.dim, layout.degree]:
+        _use_multigrid(pc)
+    else:
+        _choose_factor(pc, symmetric=layout.symmetric_parts)
+
+
+def _owned(problem: NonlinearProblem, part: Any) -> Indices:
+    """The owned unknowns of a load case's displacement, rising: node by node."""
+    dofs = np.arange(len(problem.unknown.x.array), dtype=np.int32)[part]
+    return np.sort(dofs[dofs < problem.owned])
+
+
+def _rigid_motions(problem: NonlinearProblem, part: Any) -> PETSc.NullSpace:
+    """Translations and linearised rotations of a load case's displacement, orthonormal, of the unknowns it owns."""
+    moved, dofs = dolfinx.fem.Function(problem.layout.space), _owned(problem, part)
+    motions: list[PETSc.Vec] = []
+    for velocity in _velocities(problem.layout.dim):
+        moved.interpolate(velocity)  # unknowns may be moments (serendipity), which have no coordinates
+        whole = np.empty_like(problem.unknown.x.array)
+        whole[part] = moved.x.array
+        motion = PETSc.Vec().createMPI((len(dofs), None), comm=problem.comm)
+        motion.array_w[:] = whole[dofs]
+        for other in motions:
+            motion.axpy(-other.dot(motion), other)
+        motion.normalize()
+        motions.append(motion)
+    return PETSc.NullSpace().create(vectors=motions, comm=problem.comm)
+
+
+def _velocities(dim: int) -> Sequence[Callable[[Floats], Floats]]:
+    """Of rigid motions, at points of shape (3, points): matrices for x ↦ W x + v."""
+    units = np.eye(dim, 3)
+    translations = [lambda x, unit=unit: np.outer(unit[:dim], np.ones(x.shape[1])) for unit in np.eye(dim)]
+    spins = [np.outer(units[i], units[j]) - np.outer(units[j], units[i]) for i, j in combinations(range(dim), 2)]
+    return translations + [lambda x, spin=spin: spin[:dim] @ x for spin in spins]
+
+
+def _describe(ksp: PETSc.KSP) -> str:
+    pc = ksp.getPC()
+    name = _PRECONDITIONERS.get(pc.getType(), str(pc.getType()))
+    if pc.getType() in _FACTORS:
+        name += f" ({str(pc.getFactorSolverType() or 'petsc').upper()})"
+    elif pc.getType() == PETSc.PC.Type.FIELDSPLIT:
+        parts = (f"{_field(part)}: {_describe(part)}" for part in pc.getFieldSplitSubKSP())
+        name = f"field split ({', '.join(parts)})"
+    return _METHODS.get(ksp.getType(), f"{ksp.getType()} with ") + name
+
+
+def _field(ksp: PETSc.KSP) -> str:
+    """The name of a part, from its prefix as in growthx_fieldsplit_density_."""
+    return str(ksp.getOptionsPrefix()).rstrip("_").rpartition("fieldsplit_")[2]
+
+
+_FACTORS = (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
+_PRECONDITIONERS = {
+    PETSc.PC.Type.CHOLESKY: "Cholesky",
+    PETSc.PC.Type.LU: "LU",
+    PETSc.PC.Type.GAMG: "GAMG",
+    PETSc.PC.Type.HYPRE: "BoomerAMG",
+    PETSc.PC.Type.JACOBI: "Jacobi",
+}
+_METHODS = {
+    PETSc.KSP.Type.PREONLY: "",
+    PETSc.KSP.Type.CG: "conjugate gradients with ",
+    PETSc.KSP.Type.GMRES: "GMRES with ",
+    PETSc.KSP.Type.FGMRES: "flexible GMRES with ",
+    PETSc.KSP.Type.CHEBYSHEV: "Chebyshev with ",
+}
+_STRICT = {"mat_cholmod_final_asis": 0, "mat_cholmod_final_ll": 1, "mat_cholmod_print": 0}
+_NOT_DEFINITE = 81  # PETSC_ERR_MAT_CH_ZRPVT

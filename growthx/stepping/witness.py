@@ -1,0 +1,174 @@
+"""What the record of a run says against it: balances of mass and of forces that do not hold as the tolerance promises.
+
+Mass: what the body gained against what its source and boundaries gave.  Forces: what the supports bear against the
+loads, which are known from the scene – a resultant, or a traction times the area of its facets – and not only from the
+nodal forces that were solved with.  A law that one part of the program obeys and another does not, or a load that is
+lost on its way to the nodes, shows here.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import basix
+import dolfinx
+import numpy as np
+
+from growthx.common.errors import GrowthxError
+from growthx.meshing.sampling import volume_ratios
+from growthx.model.loads import BodyForce, Traction
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
+    from growthx.discretisation.discretisation import Discretisation
+    from growthx.meshing.mesh import Mesh
+    from growthx.stepping.record import Step
+
+EXACT = 1e-9  # of all that is summed: what is exact but for round-off
+SPREAD = 100.0  # times the tolerance of a norm: what a sum over all nodes may make of it
+
+
+class Witness:
+    """Looks at each accepted step of one run."""
+
+    def __init__(self, problem: Discretisation, tolerance: float) -> None:
+        """tolerance: of Newton's method.
+
+        Raises GrowthxError, on all ranks, if the nodal forces are not those of the scene's loads.
+        """
+        self._problem, self._tolerance = problem, tolerance
+        self._scale, self._spoken = problem.system.force_scale(), False
+        self._open = _OpenResultants(problem)
+        _check_loads(problem)
+
+    def force_defect(self, reactions: dict[str, Floats]) -> float:
+        """‖Σ reactions + Σ loads‖ over the sum of their sizes, the largest of the load cases; no unit.
+
+        At the running iterate, to which the reactions belong.
+        """
+        problem, worst = self._problem, 0.0
+        dead = problem.system.loads.resultants(problem.system.loads.at(problem.amplitude, problem.time))
+        for number, case in enumerate(problem.spaces.cases):
+            # A name may be that of a boundary alone, where there is one case.
+            borne = [force for name, force in reactions.items() if not case.name or name.startswith(f"{case.name}: ")]
+            forces = [*borne, dead[number], self._open.of_case(number)]
+            size = sum(float(np.linalg.norm(force)) for force in forces)
+            if size > EXACT * self._scale:
+                worst = max(worst, float(np.linalg.norm(sum(forces))) / size)
+        return worst
+
+    def hear(self, step: Step) -> None:
+        """Say once, on rank 0, if a balance does not hold as it should."""
+        if self._spoken:
+            return
+        for what, defect, allowed in (
+            ("the mass gained is not what source and boundaries gave", step.mass_defect, self._mass_allowed(step)),
+            ("the reactions do not balance the loads", step.force_defect, self._force_allowed(step)),
+        ):
+            if defect > allowed:
+                self._spoken = True
+                self._say(f"at t = {step.time:g} {what}: off by {defect:.1g}, where {allowed:.1g} is explained")
+
+    def _say(self, sentence: str) -> None:
+        if self._problem.comm.rank == 0:
+            logging.getLogger("growthx").warning(
+                "growthx: %s; a law, a load or a support does not act in all parts of the model as it should: "
+                "these results are not to be trusted",
+                sentence,
+            )
+
+    def _mass_allowed(self, step: Step) -> float:
+        """Of |Δm − Δt ṁ| over the mass: densities found cell by cell balance to round-off, nodal ones to tolerance."""
+        problem = self._problem
+        share = EXACT + (0.0 if problem.variant.density.local else SPREAD * self._newton_error(step))
+        return share * (1 + step.time_step * problem.system.densities.unloaded_resorption() / step.mass)
+
+    def _force_allowed(self, step: Step) -> float:
+        """Residuals of the free nodes add up to what the supports do not bear."""
+        return EXACT + SPREAD * self._newton_error(step)
+
+    def _newton_error(self, step: Step) -> float:
+        return max(self._tolerance, step.newton.round_off)
+
+
+class _OpenResultants:
+    """Resultants of what acts on the body beside dead loads and supports: open loads and inertia.
+
+    The balance of momentum with a translation for a test function, to which stress contributes nothing.
+    """
+
+    def __init__(self, problem: Discretisation) -> None:
+        scene = problem.scene
+        self._problem = problem
+        self._forms: list[dolfinx.fem.Form] = []
+        if scene.open_loads or scene.inertia:
+            still = np.zeros(scene.mesh.dim)
+            self._moves = [dolfinx.fem.Constant(scene.mesh.domain, still) for _ in problem.spaces.cases]
+            forms = [form for form in problem.system.densities.momentum_forms(self._moves) if form.integrals()]
+            self._forms = [problem.compile.form(form) for form in forms]
+
+    def of_case(self, number: int) -> Floats:
+        """Force on the body (per thickness in two dimensions), shape (dim,)."""
+        dim = self._problem.scene.mesh.dim
+        force = np.zeros(dim)
+        if self._forms:
+            move = self._moves[number]
+            for direction in range(dim):
+                move.value[direction] = 1.0
+                force[direction] = -sum(float(dolfinx.fem.assemble_scalar(form).real) for form in self._forms)
+                move.value[direction] = 0.0
+        return np.array(self._problem.comm.allreduce(force)) / self._problem.spaces.cases[number].weight
+
+
+def _check_loads(problem: Discretisation) -> None:
+    """Compare the nodal forces of full dead loads with what the scene says of them, where it tells their resultants."""
+    scene, of_nodes = problem.scene, problem.system.loads.resultants(problem.system.loads.full())
+    for case, found in zip(problem.spaces.cases, of_nodes, strict=True):
+        dead = [load for load in case.loads if load in scene.dead_loads]
+        known = [force for load in dead if (force := _resultant(load, scene.mesh)) is not None]
+        if not known or len(known) < len(dead):
+            continue
+        meant = np.sum(known, axis=0)
+        size = sum(float(np.linalg.norm(force)) for force in known)
+        if np.linalg.norm(meant - found) > EXACT * size:
+            raise GrowthxError(
+                f"the dead loads of the scene '{scene.name}' sum to {meant} and their nodal forces to {found}: "
+                "a load is lost, which is a defect of growthx"
+            )
+
+
+def _resultant(load: Any, mesh: Mesh) -> Floats | None:
+    """The resulting force of a dead load from the scene and the mesh's geometry; None where it is not as plain."""
+    if load.resultant is not None:
+        return np.array(load.resultant)
+    # Exactly these: a class of the user's own may have another intensity.
+    if type(load) is Traction and not callable(load.value):
+        return np.array(load.value) * _area(mesh, load.on)
+    if type(load) is BodyForce and not callable(load.value):
+        return np.array(load.value) * _volume(mesh, load.region)
+    return None
+
+
+def _area(mesh: Mesh, boundary: str) -> float:
+    """Area (in two dimensions, length) of a boundary, from the corners of its facets."""
+    dim, domain = mesh.dim, mesh.domain
+    facets = mesh.owned_facets(boundary)
+    shape = basix.cell.subentity_types(basix.CellType[mesh.cell_name])[dim - 1][0]
+    X, weights = map(np.asarray, basix.make_quadrature(shape, 3))
+    slopes = np.asarray(basix.create_element(basix.ElementFamily.P, shape, 1).tabulate(1, X))[1:, :, :, 0]
+    area = 0.0
+    if len(facets):
+        corners = domain.geometry.x[dolfinx.mesh.entities_to_geometry(domain, dim - 1, facets)]
+        tangents = np.einsum("dpn,fni->fpdi", slopes, corners)
+        metric = np.einsum("fpdi,fpei->fpde", tangents, tangents)
+        area = float(np.sqrt(np.linalg.det(metric)).sum(axis=0) @ weights)
+    return float(mesh.comm.allreduce(area))
+
+
+def _volume(mesh: Mesh, region: str | None) -> float:
+    """Volume (in two dimensions, area) of a region, or of the body, from the corners of its cells."""
+    X, weights = map(np.asarray, basix.make_quadrature(basix.CellType[mesh.cell_name], 3))
+    of_cells = volume_ratios(mesh, X) @ weights
+    cells = mesh.owned_cells if region is None else mesh.region(region)
+    return float(mesh.comm.allreduce(float(of_cells[cells[cells < len(of_cells)]].sum())))

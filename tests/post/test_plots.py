@@ -1,0 +1,222 @@
+"""Pictures show what was computed: which values, on which shape."""
+
+import inspect
+
+import matplotlib.image
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import growthx as gx
+from growthx import plots
+from growthx.common.errors import OutputError
+from growthx.scenes.bar import DISCONTINUOUS, lower_edge
+
+COMM = MPI.COMM_WORLD
+
+
+# Pieces of a cell that are drawn, each in one colour or, where the density is continuous, with colours at its corners.
+PIECES = {"Q1Q1": 1, "Q2Q2": 16, "Q1P0": 1, "Q1": 4, "Q2": 9, "P2P2": 16, "P1": 1, "P2": 3}
+
+
+@pytest.fixture(scope="module", params=PIECES)
+def problem(request):
+    """A small bent plate."""
+    variant = gx.variants.named(request.param)
+    return gx.solve(gx.scenes.plate(4, shape=variant.cells[0]), variant).problem
+
+
+def test_picture_has_body_colours_and_background(problem, shared_folder):
+    """A picture that is all white, or missing, would go unnoticed in a long run."""
+    path = shared_folder / "density.png"
+    plots.density(problem, path, title="density (-)")
+    COMM.barrier()
+    image = matplotlib.image.imread(path)[:, :, :3]
+    coloured = np.abs(image - image.mean(axis=2, keepdims=True)).max(axis=2) > 0.1
+    assert 0.05 < coloured.mean() < 0.9
+    assert np.all(image[-1, -1] == 1.0)
+    assert len(np.unique((image[coloured] * 16).astype(int), axis=0)) > 8  # a range of densities, not one
+
+
+def test_values_drawn_are_those_of_the_variant(problem):
+    """Raw values are drawn: each integration point's on its own part of the cell, and no averages."""
+    parts, values = plots._values(problem, smoothed=False)
+    assert len(parts.pieces) == PIECES[problem.variant.name]
+    drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
+    assert drawn == pytest.approx(problem.density_range(), rel=1e-14)
+    at = parts.middles if problem.variant.density.local else parts.X
+    assert values == pytest.approx(problem.density_at(at), rel=1e-14)
+
+
+def test_smoothed_values_are_those_of_the_smoothed_density(problem):
+    """One value for each corner of a cell, the same in all cells around it."""
+    from growthx.post.smoothing import smoothed_density
+
+    parts, values = plots._values(problem, smoothed=True)
+    assert len(parts.pieces) == 1
+    smooth = smoothed_density(problem).x.array
+    drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
+    known = COMM.allreduce(float(smooth.min()), MPI.MIN), COMM.allreduce(float(smooth.max()), MPI.MAX)
+    assert drawn == known
+
+
+def test_relative_change_is_drawn_with_the_reference_of_its_place():
+    """ρ* may vary: the change drawn is that of each piece from the ρ* there."""
+    from blocks import block, square
+
+    material = gx.Material(young=1.0, reference_density={"bone": 1.0, "implant": 2.0})
+    still = gx.EnergyDrivenGrowth(0.0, rate=0.0)
+    problem = gx.solve(block(square(4), material=material, growth=still), gx.Q1).problem
+    body = plots._body(problem, relative=True, smoothed=False, magnification=1.0)
+    assert body.values == pytest.approx(np.zeros(body.values.shape), abs=1e-14)
+
+
+def test_several_bodies_in_one_picture(shared_folder):
+    """Panels side by side share one range of colours: a colour means the same density in all of them."""
+    problems = {name: gx.solve(gx.scenes.plate(4), gx.variants.named(name)).problem for name in ("Q1Q1", "Q1P0", "Q1")}
+    path = shared_folder / "panels.png"
+    plots.densities(problems, path, columns=2)
+    COMM.barrier()
+    image = matplotlib.image.imread(path)[:, :, :3]
+    coloured = np.abs(image - image.mean(axis=2, keepdims=True)).max(axis=2) > 0.1
+    middle = image.shape[0] // 2, (image.shape[1] - plots.BAR_WIDTH) // 2
+    for rows, columns in ((0, 0), (0, 1), (1, 0)):
+        panel = coloured[rows * middle[0] : (rows + 1) * middle[0], columns * middle[1] : (columns + 1) * middle[1]]
+        assert 0.05 < panel.mean() < 0.9
+    assert not coloured[middle[0] :, middle[1] : 2 * middle[1]].any()  # the place of a fourth is empty
+    assert coloured[:, 2 * middle[1] :].any()  # the colour bar
+
+
+def test_a_failure_to_draw_is_one_on_all_ranks(problem, shared_folder, monkeypatch):
+    """No rank waits for another, and each hears of it: of a full disk in a sentence, too."""
+    for failure, kind in ((OSError(28, "no space"), OutputError), (RuntimeError("no picture"), Exception)):
+
+        def fail(*arguments, failure=failure):
+            raise failure
+
+        monkeypatch.setattr(plots, "_draw", fail)
+        with pytest.raises(kind, match=r"no space|no picture|could not be drawn"):
+            plots.density(problem, shared_folder / "density.png")
+
+
+@pytest.mark.parametrize("suffix", plots.IMAGES)
+def test_every_format_of_images_can_be_written(suffix, shared_folder):
+    """A sentence that lists them must be right."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+    plots.density(problem, shared_folder / f"density{suffix}")
+    COMM.barrier()
+    assert (shared_folder / f"density{suffix}").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("suffix", plots.GRAPHS)
+def test_every_format_of_graphs_can_be_written(suffix, shared_folder):
+    """As above."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+    plots.along_length({"density": problem}, shared_folder / f"along{suffix}", [[0.1, 0.5], [1.9, 0.5]])
+    COMM.barrier()
+    assert (shared_folder / f"along{suffix}").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("path", "sentence"),
+    [
+        ("nowhere/a.png", r"is to be in the folder .*nowhere, which is not there: a file in a folder that is there"),
+        ("a.xyz", r"has the suffix '.xyz': one of .png, .*, .tiff? would be right|.*.webp would be right"),
+        ("a", r"has the suffix '': one of .png"),
+        ("folder.png", r"is a folder: a file in it would be right"),
+    ],
+)
+def test_pictures_that_could_not_be_written_are_refused_before(path, sentence, shared_folder, monkeypatch):
+    """A picture at the end of a long run is lost by a typing error in its name: it is said before anything is drawn."""
+    if COMM.rank == 0:
+        (shared_folder / "folder.png").mkdir()
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1)
+    monkeypatch.setattr(plots, "_body", lambda *arguments: pytest.fail("this takes time"))
+    monkeypatch.setattr(type(problem), "sample_density", lambda *arguments: pytest.fail("so does this"))
+    file = shared_folder / path
+    for draw in (
+        lambda: plots.density(problem, file),
+        lambda: plots.densities({"one": problem}, str(file)),
+        lambda: plots.along_length({"one": problem}, file, [[0.1, 0.5]]),
+    ):
+        with pytest.raises(gx.InputError, match=sentence):
+            draw()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("title", 5), ("title", None), ("relative", 1), ("smoothed", "no"), ("loads", 0)),
+        *(("magnification", "x"), ("magnification", np.nan), ("magnification", None)),
+        *(("columns", 0), ("columns", -1), ("columns", 1.5), ("columns", "2"), ("columns", True)),
+        *(("problems", {}), ("problems", []), ("problems", {"a": 3}), ("problems", {1: 2}), ("problem", "Q1")),
+        *(("path", 5), ("path", ""), ("path", b"a.png"), ("exact", {"a": 1.0}), ("exact", [1]), ("exact", {1: abs})),
+        *(("places", []), ("places", [0.5, 0.5]), ("places", np.empty((0, 2))), ("places", [[0.5, 0.5, 0.1]])),
+    ],
+)
+def test_wrong_arguments_of_pictures_are_refused(name, value, shared_folder):
+    """Each in turn, in every call that has it."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1)
+    right = {"problem": problem, "problems": {"one": problem}, "path": shared_folder / "a.png", "places": [[0.1, 0.5]]}
+    calls = [
+        call
+        for call in (plots.density, plots.densities, plots.along_length)
+        if name in inspect.signature(call).parameters
+    ]
+    assert calls
+    for call in calls:
+        needed = {key: right[key] for key in inspect.signature(call).parameters if key in right}
+        with pytest.raises(gx.InputError, match=r"would be right$"):
+            call(**{**needed, name: value})
+
+
+def test_deformed_shape_reaches_the_tip(problem):
+    """The shape drawn is the deformed one: its loaded end lies where the displacement says."""
+    from growthx.scenes.plate import tip_displacement
+
+    body = plots._body(problem, relative=False, smoothed=False, magnification=1.0)
+    at_rest, deformed = body.reference.reshape(-1, 3), body.deformed.reshape(-1, 3)
+    tip = np.flatnonzero(np.isclose(at_rest[:, 0], 2.0) & np.isclose(at_rest[:, 1], 0.5))
+    reached = tip_displacement(problem)
+    assert COMM.rank > 0 or len(tip)  # gathered on rank 0
+    assert deformed[tip, 1] == pytest.approx(0.5 + reached, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["Q2Q2", "Q1", "Q2", "P1", "P2P1"])
+def test_profile_of_the_bar(name, shared_folder):
+    """From end to end on any number of ranks: piecewise constant for densities at points, continuous for nodal ones."""
+    variant = gx.variants.named(name)
+    problem = gx.solve(gx.scenes.bar(DISCONTINUOUS, 10, cells=variant.cells[0], until=0.2), variant).problem
+    places = lower_edge(DISCONTINUOUS)
+    rho = problem.sample_density(places)
+    low, high = problem.density_range()
+    assert np.all(rho >= low * (1 - 1e-3)) and np.all(rho <= high * (1 + 1e-3))
+    jumps = np.abs(np.diff(rho))
+    if variant.density.local:
+        assert len(np.unique(rho.round(12))) <= 10 * len(problem.density_space.dofmap.list[0])
+        assert np.count_nonzero(jumps > 1e-12) <= 3 * 10
+    else:
+        assert jumps.max() < 0.02 * (high - low)
+    path = shared_folder / f"{name}.png"
+    plots.along_length({name: problem}, path, places, exact={"one": lambda x: 1.0})
+    COMM.barrier()
+    assert path.stat().st_size > 10_000
+
+
+def test_three_dimensions_are_refused():
+    """Pictures are of plane bodies: a sentence says what to use instead."""
+    import dolfinx
+
+    domain = dolfinx.mesh.create_unit_cube(COMM, 2, 2, 2, dolfinx.mesh.CellType.hexahedron)
+    mesh = gx.Mesh.with_names(domain, {"bottom": lambda x: np.isclose(x[2], 0), "top": lambda x: np.isclose(x[2], 1)})
+    scene = gx.Scene(
+        "cube",
+        mesh,
+        gx.Material(young=1.0),
+        gx.EnergyDrivenGrowth(attractor=0.01),
+        (gx.Support("bottom"),),
+        (gx.Traction("top", (0.0, 0.0, 0.1)),),
+        gx.Program(step=1.0, until=1.0),
+    )
+    with pytest.raises(gx.InputError, match="the body has 3 dimensions"):
+        plots.density(gx.discretise(scene, gx.Q1P0), "never.png")
