@@ -22,8 +22,9 @@ from growthx.solvers.problem import Layout
 if TYPE_CHECKING:
     import ufl
 
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Marks
     from growthx.common.memory import Memory
+    from growthx.discretisation.densities.lumped_nodes import LumpedNodes
     from growthx.discretisation.forms.momentum import Momentum
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.state import State
@@ -37,15 +38,21 @@ class Densities(Protocol):
     residuals, tangents: compiled forms whose sums are the balances and their derivative; coupling: a bilinear form
     whose matrix has room for all tangents.  conditions: on densities that are unknowns.
     constants: of the forms, beside those of the state and the laws.
+    lumped: nodes about which the balance of mass is lumped; None of densities that no two cells share.
     """
 
     unknowns: Unknowns
     symmetric: bool
-    residuals: list[dolfinx.fem.Form]
-    tangents: list[dolfinx.fem.Form]
+    lumped: LumpedNodes | None
     coupling: dolfinx.fem.Form
     conditions: list[dolfinx.fem.DirichletBC]
     constants: list[dolfinx.fem.Constant]
+
+    @property
+    def residuals(self) -> list[dolfinx.fem.Form]: ...
+
+    @property
+    def tangents(self) -> list[dolfinx.fem.Form]: ...
 
     @property
     def dofs(self) -> int:
@@ -72,6 +79,9 @@ class Densities(Protocol):
     def largest_share(self, position: Floats, step: Floats) -> float:
         """Largest share, up to one, of a step from a position that may be taken (owned unknowns; collective)."""
 
+    def vanishing(self) -> Marks:
+        """Densities of the running iterate that are gone, or nearly, and that lumping may save, as in `iterate`."""
+
     def mass_rate(self, borne: Floats | None) -> float:
         """Mass that enters per time at the running iterate, of which `borne` is the residual before conditions."""
 
@@ -95,13 +105,22 @@ class System:
         self._momentum = momentum
         self.unknowns = densities.unknowns
         self.unknown, self.owned = self.unknowns.function, self.unknowns.owned
-        self.residuals, self.tangents = densities.residuals, densities.tangents
         self.coupling, self.symmetric = densities.coupling, densities.symmetric
         self.supports = Supports(spaces, self.unknowns)
         self.conditions = [*self.supports.conditions, *densities.conditions]
         self.loads = DeadLoads(spaces, self.unknowns)
         self.borne: Floats | None = None
         self._accepted: Floats = self.unknown.x.array.copy()
+
+    @property
+    def residuals(self) -> list[dolfinx.fem.Form]:
+        """Linear forms whose sum, less the dead loads, is R."""
+        return self.densities.residuals
+
+    @property
+    def tangents(self) -> list[dolfinx.fem.Form]:
+        """Bilinear forms whose sum is ∂R/∂x."""
+        return self.densities.tangents
 
     # -- what a solver asks --------------------------------------------------------------------------------------------
 
@@ -183,6 +202,35 @@ class System:
         """Largest share, up to one, of a step from a position that may be taken (owned unknowns; collective)."""
         return self.densities.largest_share(position, step)
 
+    # -- densities that must not vanish --------------------------------------------------------------------------------
+
+    def loses_densities(self) -> bool:
+        """Whether densities vanish at the running iterate that `lump` may save, in a model that is well posed
+        (collective).
+        """
+        lost = bool(np.any(self.densities.vanishing()))
+        return self.comm.allreduce(lost, MPI.LOR) and self.must_be_stable
+
+    def lump(self) -> bool:
+        """Lump the balance of mass about densities that vanish at the running iterate; whether more are (collective)."""
+        lumped = self.densities.lumped
+        return lumped is not None and lumped.spread(self.densities.vanishing())
+
+    def release(self, *, on_trial: bool) -> None:
+        """Lump it no longer about densities of the state that have recovered; or, on trial for a step, nowhere: what
+        then falls is lost (collective).
+        """
+        lumped = self.densities.lumped
+        if lumped is not None:
+            lumped.release(self.state.accepted_density)
+            if on_trial:
+                lumped.try_without()
+
+    @property
+    def lumped_cells(self) -> int:
+        """Number of cells, on all ranks, in which it is lumped."""
+        return 0 if self.densities.lumped is None else self.densities.lumped.cells
+
     # -- from step to step ---------------------------------------------------------------------------------------------
 
     def begin_step(self, time_step: float, amplitude: float, time: float = 0.0, base: Floats | None = None) -> None:
@@ -215,6 +263,8 @@ class System:
         """The state, copied."""
         memory = self.state.memory()
         memory.unknowns["unknown"] = self._accepted.copy()
+        if self.lumped_cells and self.densities.lumped is not None:
+            memory.densities["lumped"] = self.densities.lumped.memory()
         return memory
 
     def recall(self, memory: Memory) -> None:
@@ -223,3 +273,5 @@ class System:
         self._accepted[:] = self.unknown.x.array
         self.state.recall(memory, self.unknowns.displacement_arrays())
         self.densities.set_iterate(memory.densities["density"])
+        if self.densities.lumped is not None:
+            self.densities.lumped.recall(memory.densities.get("lumped", np.zeros(0)))

@@ -65,6 +65,10 @@ class StepControl(ABC):
         """A step was solved: former failures count for less."""
         self._failures = max(0.0, self._failures - 0.5)
 
+    def begin_anew(self) -> None:
+        """Forget all failures: what is to come is solved in another way."""
+        self._failures = 0.0
+
     @abstractmethod
     def memory(self) -> Memory:
         """What it has learnt of the steps so far."""
@@ -161,6 +165,11 @@ class Halving(StepControl):
         """Whether the share has become so small that the run must end."""
         return self.cut < SMALLEST_CUT
 
+    def begin_anew(self) -> None:
+        """With the whole step."""
+        super().begin_anew()
+        self.cut = 1.0
+
     def failed(self, time_step: float) -> None:
         """Half the share is next."""
         super().failed(time_step)
@@ -222,6 +231,10 @@ class _FromError(StepControl):
     @property
     def too_short(self) -> bool:
         return self._step < SMALLEST_CUT * self._program.step
+
+    def begin_anew(self) -> None:
+        super().begin_anew()
+        self._step = min(self._program.step, self._longest)
 
     def failed(self, time_step: float) -> None:
         super().failed(time_step)

@@ -121,11 +121,12 @@ class March(Iterator[Step]):
     def _step(self, target: float) -> tuple[Step, SolvedStep]:
         """The next accepted step, which goes no further than a target, and how it was solved."""
         problem, control, program = self.problem, self._control, self.problem.scene.program
-        time, mass, rejected, stagnated = self.time, problem.mass(), 0, 0
+        time, mass, rejected, stagnated, loses = self.time, problem.mass(), 0, 0, False
         while True:
             end = control.end(time, target)
             found = self._integrator.step(time, end)
             if not found.newton.converged:
+                loses |= problem.system.loses_densities()
                 why = take_back(problem, found.newton)
                 stagnated += found.newton.stagnated
                 control.failed(end - time)
@@ -136,6 +137,10 @@ class March(Iterator[Step]):
                 break
             rejected += 1
             if control.hopeless or stagnated > MOST_STAGNATED:
+                if loses and not self._integrator.lumps:
+                    self._integrator.lumps = True
+                    control.begin_anew()
+                    continue
                 raise EndedEarly(
                     f"the run ended at t = {time:g} of {program.until:g}: {why}, "
                     f"and a time step cut from {program.step:g} to {end - time:.3g} did not help" + self._at_once(time)
@@ -151,6 +156,7 @@ class March(Iterator[Step]):
             load=problem.amplitude,
             rejected=rejected,
             newton=found.newton,
+            lumped_cells=problem.system.lumped_cells,
             error=found.error,
             mass=mass,
             mass_defect=abs(mass - old_mass - (end - time) * found.mass_rate) / mass,

@@ -32,6 +32,7 @@ class Step:
     min_density, max_density: over the density's own degrees of freedom in what grows.
     reactions: force on the body at each support (per thickness in two dimensions).
     force_defect: ‖sum of reactions and loads‖ over the sum of their sizes, the largest of the load cases.
+    lumped_cells: number of cells in which the balance of mass was lumped, lest a nodal density vanish.
     """
 
     time: float
@@ -46,6 +47,7 @@ class Step:
     max_density: float
     reactions: dict[str, Floats] = field(repr=False)
     force_defect: float = math.nan
+    lumped_cells: int = 0
 
     @property
     def newton_iterations(self) -> int:
@@ -133,6 +135,8 @@ def step_in_words(of: Step) -> str:
         f"mass {of.mass:.6g}",
         f"density {of.min_density:.4g} to {of.max_density:.4g}",
     ]
+    if of.lumped_cells:
+        numbers.append(f"balance of mass lumped in {of.lumped_cells} cells")
     if of.rejected:
         numbers.append(f"{of.rejected} attempts rejected")
     return ", ".join(numbers)

@@ -191,9 +191,9 @@ def test_reactions_and_loads_are_the_rate_of_momentum(variant, inertia):
     dV = ufl.dx(domain=scene.mesh.domain, metadata={"quadrature_degree": variant.momentum_degree})
     acceleration = (problem.displacement - 2 * old + older) / 0.25
     if inertia.lumped:
-        from growthx.fem.lumping import at_corners, corner_shares
+        from growthx.fem.lumping import at_nodes, node_shares
 
-        acceleration, dV = corner_shares(scene.mesh.domain) * acceleration, at_corners(dV)
+        acceleration, dV = node_shares(scene.mesh.domain) * acceleration, at_nodes(dV)
     rates = [form(problem.density * acceleration[i] * dV) for i in range(2)]
     largest = 0.0
     for step in gx.march(scene, variant, problem, tolerance=1e-12):

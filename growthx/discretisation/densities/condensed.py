@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
+import numpy as np
 import ufl
 
 from growthx.common.errors import InputError
@@ -23,7 +24,7 @@ from growthx.fem.condensation import condensed_tangent
 if TYPE_CHECKING:
     import dolfinx
 
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Marks
     from growthx.constitutive.energies import Elasticity
     from growthx.constitutive.sources import MassSource
     from growthx.discretisation.forms.momentum import Momentum
@@ -61,6 +62,7 @@ class EliminatedDensities:
         if resting:
             trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
             self.coupling = spaces.compile.form(ufl.inner(trial, test) * spaces.whole_volume)
+        self.lumped = None
         self.conditions: list[dolfinx.fem.DirichletBC] = []
         self.constants: list[dolfinx.fem.Constant] = []
 
@@ -122,6 +124,10 @@ class EliminatedDensities:
     def largest_share(self, position: Floats, step: Floats) -> float:
         """All of a step: a density that is found is positive."""
         return 1.0
+
+    def vanishing(self) -> Marks:
+        """None: where no positive density is found, none is there."""
+        return np.zeros(len(self._state.density.x.array), dtype=bool)
 
     def mass_rate(self, borne: Floats | None) -> float:
         """∫ R₀ dV, see `LocalDensities.mass_rate`."""

@@ -16,13 +16,15 @@ from mpi4py import MPI
 
 from growthx.common.arrays import is_uniform
 from growthx.common.errors import InputError
+from growthx.discretisation.densities.lumped_nodes import LumpedNodes
 from growthx.discretisation.forms.mass import Mass
 from growthx.discretisation.forms.momentum import total
 from growthx.discretisation.unknowns import Unknowns
 from growthx.fem.assembly import assemble
+from growthx.fem.point_values import points_of
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats, Indices, Marks
     from growthx.constitutive.energies import Elasticity
     from growthx.constitutive.sources import MassSource
     from growthx.discretisation.forms.momentum import Momentum
@@ -54,9 +56,14 @@ class NodalDensities:
         self._mass = Mass(spaces, state, unknowns, energy, growth, material)
         self._gains = [spaces.compile.form(form) for form in self._mass.gains(unknowns.test_density)]
         forms = self._forms()
-        self.residuals = [spaces.compile.form(form) for form in forms]
-        self.tangents = [spaces.compile.form(ufl.derivative(form, unknowns.function)) for form in forms]
-        self.coupling = self.tangents[0]
+        self._residuals = [spaces.compile.form(form) for form in forms]
+        self._tangents = [spaces.compile.form(ufl.derivative(form, unknowns.function)) for form in forms]
+        self.coupling = self._tangents[0]
+        variant = spaces.variant
+        everywhere = variant.storage_at_corners and variant.source_at_corners
+        at_points = any(points_of(field) is not None for form in forms for field in form.coefficients())
+        self._can_be_lumped = not (everywhere or at_points or spaces.scene.growth.is_bounded)
+        self.lumped = LumpedNodes(spaces, state, unknowns, self._mass, self._mass_to_force * unknowns.test_density)
         self._owned_part = self._part[self._part < unknowns.owned]
         self.conditions: list[dolfinx.fem.DirichletBC] = []
         self._hold()
@@ -134,6 +141,16 @@ class NodalDensities:
     # -- as `system.Densities` -----------------------------------------------------------------------------------------
 
     @property
+    def residuals(self) -> list[dolfinx.fem.Form]:
+        """Both balances, and what lumping changes where it does."""
+        return self._residuals + self.lumped.residuals
+
+    @property
+    def tangents(self) -> list[dolfinx.fem.Form]:
+        """Their derivatives."""
+        return self._tangents + self.lumped.tangents
+
+    @property
     def dofs(self) -> int:
         """Number of displacements and of densities that grow, supports included."""
         return self.unknowns.size() - self._resting
@@ -176,8 +193,20 @@ class NodalDensities:
 
     def mass_rate(self, borne: Floats | None) -> float:
         """∫ R₀ dV and the influx: the nodal shares, summed; and what holds densities where they are prescribed."""
-        gains = sum(float(assemble(form).sum()) for form in self._gains)
-        return self._spaces.comm.allreduce(gains) + self._supplied(borne)
+        gains = self._spaces.comm.allreduce(sum(float(assemble(form).sum()) for form in self._gains))
+        gains += self.lumped.supplied() / float(self._mass_to_force.value)
+        return gains + self._supplied(borne)
+
+    def vanishing(self) -> Marks:
+        """Densities of the running iterate that are gone, or nearly, marks as in `density.x.array`.
+
+        None where densities keep to bounds, or where lumping is no help: where it is there already, or where a field
+        has values at other points alone.
+        """
+        if not self._can_be_lumped:
+            return np.zeros(len(self._part), dtype=bool)
+        density, before = self.iterate(), self._state.accepted_density
+        return np.asarray(~(density > LEAST_LEFT * before) | self.lumped.relapses(density, before))
 
     def _supplied(self, borne: Floats | None) -> float:
         """Mass per time that must be supplied to hold densities at their prescribed values or bounds."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import ufl
 
 from growthx.constitutive.expressions import expression
 from growthx.discretisation.forms import balances
-from growthx.fem.lumping import at_corners, corner_shares
+from growthx.discretisation.forms.momentum import total
+from growthx.fem.lumping import at_nodes, node_shares
 from growthx.meshing.fields import law_as_ufl
 from growthx.model.open_loads import check_sides
 
 if TYPE_CHECKING:
+    import dolfinx
+
     from growthx.constitutive.energies import Elasticity
     from growthx.constitutive.sources import MassSource
     from growthx.discretisation.spaces import Spaces
@@ -29,8 +33,7 @@ class Mass:
         """energy: Ψ₀ⁿᵉᵒ of the unknowns, in UFL as the laws are."""
         self._spaces, self._state, self._unknowns = spaces, state, unknowns
         self._energy, self._growth, self._material = energy, growth, material
-        if spaces.variant.storage_at_corners or spaces.variant.source_at_corners:
-            self._corners = corner_shares(spaces.scene.mesh.domain)
+        self._degree = spaces.density_space.element.basix_element.degree
 
     def gains(self, test: Any) -> list[ufl.Form]:
         """What the nodes gain per time from the source and through the boundary."""
@@ -42,6 +45,26 @@ class Mass:
         stored, dV = self._rule(test, variant.storage_at_corners)
         storage = balances.storage(rho, state.old_density, stored, state.time_step, dV)
         return [(storage, variant.storage_at_corners), (-self._source(test), variant.source_at_corners)]
+
+    def lumped_instead(self, test: Any, where: Any) -> list[ufl.Form]:
+        """What lumping storage and source changes of the balance in the cells of a condition, one form for each rule.
+
+        None of a variant that lumps both.
+        """
+        spaces, state, unknowns, variant = self._spaces, self._state, self._unknowns, self._spaces.variant
+        rho, inside = unknowns.density, ufl.conditional(where, 1.0, 0.0) * test
+        # Elsewhere, where no number need exist at the nodes, any energy is as good.
+        energy = ufl.conditional(where, self._energy, 1.0)
+        forms = []
+        for sign, lumped in ((1, True), (-1, False)):
+            tested, dV = self._rule(sign * inside, lumped)
+            parts = []
+            if not variant.storage_at_corners:
+                parts.append(balances.storage(rho, state.old_density, tested, state.time_step, dV))
+            if not variant.source_at_corners:
+                parts.append(-balances.source(rho, energy, tested, self._growth, self._material, dV))
+            forms += [total(parts)] if parts else []
+        return forms
 
     def flux(self, test: Any) -> ufl.Form | None:
         """The flux of mass inside the body; None if there is none."""
@@ -68,6 +91,10 @@ class Mass:
         return balances.source(self._unknowns.density, self._energy, test, self._growth, self._material, dV)
 
     def _rule(self, test: Any, lumped: bool) -> tuple[Any, ufl.Measure]:
-        """Test function and measure of a term: Gauss points or, lumped, the corners of the cells."""
+        """Test function and measure of a term: Gauss points or, lumped, the nodes of the cells."""
         volume = self._spaces.growing_volume
-        return (self._corners * test, at_corners(volume)) if lumped else (test, volume)
+        return (self._shares * test, at_nodes(volume, self._degree)) if lumped else (test, volume)
+
+    @cached_property
+    def _shares(self) -> dolfinx.fem.Function:
+        return node_shares(self._spaces.scene.mesh.domain, self._degree)

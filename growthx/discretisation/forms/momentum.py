@@ -11,7 +11,7 @@ import ufl
 from growthx.constitutive.expressions import expression
 from growthx.constitutive.kinematics import deformation_gradient, displacement_gradient, volume_change
 from growthx.discretisation.forms import balances
-from growthx.fem.lumping import at_corners, corner_shares
+from growthx.fem.lumping import at_nodes, node_shares
 from growthx.model.open_loads import OpenLoad, check_sides
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Momentum:
         self.at_rest = material if scene.growing is None else replace(material, density_exponent=0)
         self._cases = spaces.cases
         if scene.inertia is not None and scene.inertia.lumped:
-            self._corners = corner_shares(scene.mesh.domain)
+            self._corners = node_shares(scene.mesh.domain)
 
     def inside(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure, *, rests: bool = False) -> ufl.Form:
         """What acts inside the body: stress, open body forces, the rate of momentum unless it is lumped.
@@ -64,7 +64,7 @@ class Momentum:
         """The rate of momentum of masses at the corners of the cells, a form of its own for its points; or nothing."""
         inertia = self._scene.inertia
         lumped = inertia is not None and inertia.lumped
-        return [self._inertia(us[0], rho * self._corners, tests[0], at_corners(volume))] if lumped else []
+        return [self._inertia(us[0], rho * self._corners, tests[0], at_nodes(volume))] if lumped else []
 
     def on_boundaries(self, us: list[Any], rho: Any, tests: list[Any]) -> list[ufl.Form]:
         """Minus the work of the loads on boundaries that depend on the state, one form for each."""
