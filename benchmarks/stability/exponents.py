@@ -52,6 +52,7 @@ class Row:
     jump, noise: checkerboard and high-frequency index.  empty, dense: shares of the volume.
     other_mesh: distance of the densities' means over coarse cells from those of the other mesh, relative, at the last
     nominal time that both have reached, `compared`.
+    lumped: steps in which the balance of mass was lumped somewhere; lumped_cells: the largest share of the cells.
     """
 
     body: str
@@ -71,6 +72,8 @@ class Row:
     dense: float
     other_mesh: float
     compared: float
+    lumped: int
+    lumped_cells: float
 
     @property
     def well_posed(self) -> bool:
@@ -130,6 +133,8 @@ def _row(case: Case, each: March, apart: float, compared: float) -> Row:
         share(problem, lambda rho: rho > DENSE * reference),
         apart,
         compared,
+        each.lumped,
+        each.cells,
     )
 
 

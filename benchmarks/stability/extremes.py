@@ -241,7 +241,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Row:
-    """How a march under extreme conditions went; measured: in its last good state."""
+    """How a march under extreme conditions went; measured: in its last good state; why: the reason of an early end."""
 
     study: str
     setting: float
@@ -252,6 +252,7 @@ class Row:
     lowest: float
     highest: float
     measured: float
+    why: str
 
 
 def run(case: Case) -> list[Row]:
@@ -264,7 +265,8 @@ def run(case: Case) -> list[Row]:
     variant = gx.variants.named(case.variant)
     each = march(scene, variant, stepping=stepping, tolerance=study.tolerance)
     measured = study.measure(each.problem)
-    return [Row(*vars(case).values(), each.ended, each.time, each.rejected, *each.problem.density_range(), measured)]
+    how = each.ended, each.time, each.rejected, *each.problem.density_range()
+    return [Row(*vars(case).values(), *how, measured, each.why)]
 
 
 def cases() -> list[Case]:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.shared.reporting import RESULTS, read_rows, write_rows
+from benchmarks.shared.reporting import RESULTS, item, read_rows, write_rows
 from benchmarks.stability import collapse, exponents, extremes, strains, time_steps, uniqueness, units
 from benchmarks.stability.findings.exponents import about_exponents, exponents_table, variants_table
-from benchmarks.stability.findings.extremes import about_extremes, locking_table, shapes_table, survival_table
+from benchmarks.stability.findings.extremes import (
+    about_extremes,
+    locking_table,
+    lost_table,
+    shapes_table,
+    survival_table,
+)
 from benchmarks.stability.findings.scales import (
     about_collapse,
     about_strains,
@@ -32,7 +37,6 @@ PARTS: tuple[Part, ...] = (
     strains.PART,
 )
 MESHES = "stability_meshes.csv"
-WIDTH = 120  # characters of a line of text
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,7 @@ def page(folder: Path = RESULTS) -> str:
         (results.time_steps, steps_table),
         (results.limits, limits_table),
         (results.extremes, survival_table),
+        (results.extremes, lost_table),
         (results.extremes, locking_table),
         (results.extremes, shapes_table),
         (results.collapse, collapse_table),
@@ -122,9 +127,4 @@ def page(folder: Path = RESULTS) -> str:
     made = [table(rows).markdown() for rows, table in tables if rows]
     *first, last = (row.cells for row in read_rows(folder / MESHES, MeshRow))
     introduction = INTRODUCTION.format(cells=f"{', '.join(map(str, first))} and {last}")
-    return introduction + "\n".join(map(_item, sentences)) + "\n\n" + "\n".join(made)
-
-
-def _item(sentence: str) -> str:
-    """An entry of a list, in lines."""
-    return textwrap.fill(f"- {sentence}", WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return introduction + "\n".join(map(item, sentences)) + "\n\n" + "\n".join(made)

@@ -178,7 +178,10 @@ PATIENCE = 600  # steps and failed attempts at some
 
 @dataclass
 class March:
-    """How a run went: how it ended, when, and after how many steps and failed attempts."""
+    """How a run went: how it ended, when, and after how many steps and failed attempts.
+
+    lumped: steps in which the balance of mass was lumped somewhere.  cells: largest share of the cells where it was.
+    """
 
     problem: Discretisation
     ended: str = FINISHED
@@ -186,6 +189,8 @@ class March:
     time: float = 0.0
     steps: int = 0
     rejected: int = 0
+    lumped: int = 0
+    cells: float = 0.0
 
     @property
     def finished(self) -> bool:
@@ -200,9 +205,13 @@ def march(
     stepping: Stepping | None = None,
     problem: Discretisation | None = None,
     tolerance: float = 1e-10,
+    patience: int = PATIENCE,
     watch: Callable[[Step, Discretisation], None] = lambda step, problem: None,
 ) -> March:
-    """March through a scene's program, to its end or to where that is impossible; the last good state is kept."""
+    """March through a scene's program, to its end or to where that is impossible; the last good state is kept.
+
+    patience: steps and failed attempts after which it counts as endless.
+    """
     problem = gx.discretise(scene, variant) if problem is None else problem
     result = March(problem)
     steps = gx.march(scene, variant, problem, tolerance, stepping=stepping)
@@ -210,8 +219,10 @@ def march(
         for step in steps:
             result.time, result.steps = step.time, result.steps + 1
             result.rejected += step.rejected
+            result.lumped += step.lumped_cells > 0
+            result.cells = max(result.cells, step.lumped_cells / scene.mesh.cell_count)
             watch(step, problem)
-            if result.steps + result.rejected > PATIENCE:
+            if result.steps + result.rejected > patience:
                 result.ended = ENDLESS
                 break
     except gx.EndedEarly as ended:

@@ -90,7 +90,7 @@ def steps(result: Result, rows: int = 10) -> None:
                 f"{step.newton_iterations}",
                 f"{step.newton.residual_norms[-1]:.0e}" + ("*" if step.newton.round_off else ""),
                 f"{step.rejected}",
-                f"{step.min_density:.4f}",
+                f"{step.min_density:.4f}" + ("+" if step.lumped_cells else ""),
                 f"{step.max_density:.4f}",
                 f"{step.mass:.6g}",
                 f"{step.mass_defect:.0e}",
@@ -102,6 +102,8 @@ def steps(result: Result, rows: int = 10) -> None:
     )
     if any(step.newton.round_off for step in chosen):
         say(result, "*: the residual is at its round-off, above the tolerance")
+    if lumped := max((step.lumped_cells for step in chosen), default=0):
+        say(result, f"+: where a nodal density would vanish the balance of mass is lumped, in at most {lumped} cells")
     say(result, f"ended: {record.ending(result)}")
 
 

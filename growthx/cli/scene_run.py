@@ -36,6 +36,14 @@ def of_scene(scene: SceneCommand) -> Command:
 def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--variant", metavar="NAME", help=VARIANTS)
     scene.arguments(parser)
+    parser.add_argument(
+        "--bounds",
+        nargs=2,
+        type=_bound,
+        metavar=("LOW", "HIGH"),
+        help="lowest and highest density, 'none' for none of the two: density that reaches a bound stays there for as "
+        "long as its source drives it on (none none)",
+    )
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
@@ -58,6 +66,8 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
+    if options.bounds is not None:
+        scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     setup = time.perf_counter() - start
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
@@ -95,6 +105,14 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         if posed is not None:
             report.say(result, f"{scene.name}: {posed}")
     return status
+
+
+def _bound(text: str) -> float | None:
+    """A bound of density from the command line."""
+    try:
+        return None if text == "none" else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no density: a number or 'none' would be right") from None
 
 
 def _source(options: argparse.Namespace) -> str | None:

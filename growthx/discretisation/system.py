@@ -35,24 +35,27 @@ class Densities(Protocol):
     """How the densities are solved for, and the weak forms of both balances as that needs them.
 
     unknowns: what is left for Newton's method.  symmetric: whether the tangent is.
-    residuals, tangents: compiled forms whose sums are the balances and their derivative; coupling: a bilinear form
-    whose matrix has room for all tangents.  conditions: on densities that are unknowns.
+    coupling: a bilinear form whose matrix has room for all tangents.  conditions: on densities that are unknowns.
     constants: of the forms, beside those of the state and the laws.
-    lumped: nodes about which the balance of mass is lumped; None of densities that no two cells share.
     """
 
     unknowns: Unknowns
     symmetric: bool
-    lumped: LumpedNodes | None
     coupling: dolfinx.fem.Form
     conditions: list[dolfinx.fem.DirichletBC]
     constants: list[dolfinx.fem.Constant]
 
     @property
-    def residuals(self) -> list[dolfinx.fem.Form]: ...
+    def lumped(self) -> LumpedNodes | None:
+        """Nodes about which the balance of mass is lumped; None of densities that no two cells share."""
 
     @property
-    def tangents(self) -> list[dolfinx.fem.Form]: ...
+    def residuals(self) -> list[dolfinx.fem.Form]:
+        """Compiled forms whose sum is the balances."""
+
+    @property
+    def tangents(self) -> list[dolfinx.fem.Form]:
+        """Compiled forms whose sum is their derivative."""
 
     @property
     def dofs(self) -> int:
@@ -202,35 +205,6 @@ class System:
         """Largest share, up to one, of a step from a position that may be taken (owned unknowns; collective)."""
         return self.densities.largest_share(position, step)
 
-    # -- densities that must not vanish --------------------------------------------------------------------------------
-
-    def loses_densities(self) -> bool:
-        """Whether densities vanish at the running iterate that `lump` may save, in a model that is well posed
-        (collective).
-        """
-        lost = bool(np.any(self.densities.vanishing()))
-        return self.comm.allreduce(lost, MPI.LOR) and self.must_be_stable
-
-    def lump(self) -> bool:
-        """Lump the balance of mass about densities that vanish at the running iterate; whether more are (collective)."""
-        lumped = self.densities.lumped
-        return lumped is not None and lumped.spread(self.densities.vanishing())
-
-    def release(self, *, on_trial: bool) -> None:
-        """Lump it no longer about densities of the state that have recovered; or, on trial for a step, nowhere: what
-        then falls is lost (collective).
-        """
-        lumped = self.densities.lumped
-        if lumped is not None:
-            lumped.release(self.state.accepted_density)
-            if on_trial:
-                lumped.try_without()
-
-    @property
-    def lumped_cells(self) -> int:
-        """Number of cells, on all ranks, in which it is lumped."""
-        return 0 if self.densities.lumped is None else self.densities.lumped.cells
-
     # -- from step to step ---------------------------------------------------------------------------------------------
 
     def begin_step(self, time_step: float, amplitude: float, time: float = 0.0, base: Floats | None = None) -> None:
@@ -263,8 +237,6 @@ class System:
         """The state, copied."""
         memory = self.state.memory()
         memory.unknowns["unknown"] = self._accepted.copy()
-        if self.lumped_cells and self.densities.lumped is not None:
-            memory.densities["lumped"] = self.densities.lumped.memory()
         return memory
 
     def recall(self, memory: Memory) -> None:
@@ -273,5 +245,3 @@ class System:
         self._accepted[:] = self.unknown.x.array
         self.state.recall(memory, self.unknowns.displacement_arrays())
         self.densities.set_iterate(memory.densities["density"])
-        if self.densities.lumped is not None:
-            self.densities.lumped.recall(memory.densities.get("lumped", np.zeros(0)))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Indices
 
 
-class _RulePoints(np.ndarray):
+class _RulePoints(np.ndarray[Any, Any]):
     """Numbers of a rule of one's own as FFCx takes them, with the signature that UFL asks for."""
 
     @property
@@ -37,8 +37,8 @@ def at_nodes(volume: ufl.Measure, degree: int = 1) -> ufl.Measure:
     cell = volume.ufl_domain().ufl_cell().cellname()
     if cell not in SIMPLICES:
         return volume.reconstruct(metadata={"quadrature_rule": "GLL", "quadrature_degree": 3})
-    points = basix.create_element(basix.ElementFamily.P, basix.CellType[cell], degree).points
-    reference = basix.make_quadrature(basix.CellType[cell], 1)[1].sum()
+    points = np.asarray(basix.create_element(basix.ElementFamily.P, basix.CellType[cell], degree).points)
+    reference = float(np.sum(basix.make_quadrature(basix.CellType[cell], 1)[1]))
     rule: dict[str, Any] = {"quadrature_rule": "custom", "quadrature_degree": degree}
     rule["quadrature_points"] = points.view(_RulePoints)
     rule["quadrature_weights"] = np.full(len(points), reference / len(points)).view(_RulePoints)

@@ -25,13 +25,20 @@ def write_history(folder: Path, result: Result) -> None:
         supports = list(result.steps[0].reactions) if result.steps else []
         writer.writerow(
             ["time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"]
-            + ["round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density"]
+            + ["round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density", "lumped_cells"]
             + [f"reaction_{name}_{direction}" for name in supports for direction in directions]
         )
         for step in result.steps:
             writer.writerow(
                 [step.time, step.time_step, step.error, step.load, step.rejected, step.newton_iterations]
                 + [step.newton.factorisations, step.newton.residual_norms[-1], step.newton.round_off]
-                + [step.mass, step.mass_defect, step.force_defect, step.min_density, step.max_density]
+                + [
+                    step.mass,
+                    step.mass_defect,
+                    step.force_defect,
+                    step.min_density,
+                    step.max_density,
+                    step.lumped_cells,
+                ]
                 + [float(force) for name in supports for force in step.reactions[name]]
             )

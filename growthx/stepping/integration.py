@@ -9,6 +9,7 @@ import numpy as np
 
 from growthx.common.memory import Memory
 from growthx.stepping.continuation import FEWEST, MOST, Continuation, Unsolved
+from growthx.stepping.positivity import Positivity
 from growthx.stepping.prediction import Prediction
 from growthx.stepping.time_schemes import SDIRK2
 
@@ -55,8 +56,7 @@ class Integrator:
         self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
         self._parts = MOST  # in which a step may be solved: the fewer, the more often that has failed
         self._stuck_at: float | None = None  # start of the last step to which no parts led
-        self.lumps = False  # whether steps may lump the balance of mass where nodal densities would vanish
-        self._lumped_for = 0  # steps that began so
+        self.positivity = Positivity(problem)
         self._end: tuple[Floats, float] | None = None  # the same at the end of the step that is not accepted yet
         self._found: list[tuple[float, Floats]] = []  # unknowns at the stages of the step that is not accepted yet
 
@@ -64,7 +64,7 @@ class Integrator:
         """Solve the stages of a step; the running iterate is then the end of the step, or where a stage failed."""
         problem, scheme, length = self._problem, self._scheme, end - time
         self._follow_course(time, end)
-        self._release()
+        self.positivity.begin_step()
         self._found = []
         if self._start is None and (scheme.needs_start or (self._estimate and scheme.compares_start)):
             scheme = SDIRK2
@@ -99,12 +99,18 @@ class Integrator:
         for time, unknown in self._found:
             self._prediction.remember(time, unknown)
 
+    def keep_positive(self, time: float) -> bool:
+        """From a time on lump where nodal densities would vanish; whether that is new."""
+        if not self.positivity.begin(time):
+            return False
+        self._start = None  # of the tiny steps before: its errors are divided by their length
+        return True
+
     def memory(self) -> Memory:
         """What it knows at an accepted step: slope and mass rate there, the load's course, what predictions go by."""
         memory = self._prediction.memory()
         memory.numbers["course"], memory.numbers["parts"] = self._course, self._parts
-        if self.lumps:
-            memory.numbers["lumped_for"] = self._lumped_for
+        memory.join(self.positivity.memory())
         if self._start is not None:
             memory.densities["slope"], memory.numbers["mass_rate"] = self._start
         return memory
@@ -113,8 +119,7 @@ class Integrator:
         """Know that again."""
         self._prediction.recall(memory)
         self._course, self._parts = memory.numbers["course"], memory.numbers["parts"]
-        self.lumps = "lumped_for" in memory.numbers
-        self._lumped_for = memory.numbers.get("lumped_for", 0)
+        self.positivity.recall(memory)
         if "slope" in memory.densities:
             self._start = memory.densities["slope"].copy(), memory.numbers["mass_rate"]
 
@@ -137,7 +142,7 @@ class Integrator:
             reports.append(self._newton.solve())
             if reports[-1].stagnated or self._is_good(reports[-1]):
                 return _together(reports)
-        while self.lumps and system.lump():
+        while self.positivity.spread():
             system.reject_step()
             system.start_from(start)
             begin()
@@ -160,16 +165,8 @@ class Integrator:
         return _together([*reports, *continuation.reports, told.report])
 
     def _is_good(self, report: NewtonReport) -> bool:
-        lost = self.lumps and report.converged and self._problem.system.loses_densities()
+        lost = report.converged and self.positivity.wanted and self.positivity.is_lost()
         return report.converged and not report.in_doubt and not lost
-
-    def _release(self) -> None:
-        """Lump no more where densities have recovered; and ever more seldom nowhere, to see whether that is needed."""
-        system = self._problem.system
-        self._lumped_for += system.lumped_cells > 0
-        on_trial = system.lumped_cells > 0 and self._lumped_for.bit_count() == 1
-        if self.lumps:
-            system.release(on_trial=on_trial)
 
     def _follow_course(self, time: float, end: float) -> None:
         """What was found before a bend of the load says nothing about what comes after it."""

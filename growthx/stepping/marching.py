@@ -126,7 +126,7 @@ class March(Iterator[Step]):
             end = control.end(time, target)
             found = self._integrator.step(time, end)
             if not found.newton.converged:
-                loses |= problem.system.loses_densities()
+                loses |= self._integrator.positivity.is_lost()
                 why = take_back(problem, found.newton)
                 stagnated += found.newton.stagnated
                 control.failed(end - time)
@@ -137,8 +137,7 @@ class March(Iterator[Step]):
                 break
             rejected += 1
             if control.hopeless or stagnated > MOST_STAGNATED:
-                if loses and not self._integrator.lumps:
-                    self._integrator.lumps = True
+                if loses and self._integrator.keep_positive(time):
                     control.begin_anew()
                     continue
                 raise EndedEarly(
@@ -156,7 +155,7 @@ class March(Iterator[Step]):
             load=problem.amplitude,
             rejected=rejected,
             newton=found.newton,
-            lumped_cells=problem.system.lumped_cells,
+            lumped_cells=self._integrator.positivity.cells,
             error=found.error,
             mass=mass,
             mass_defect=abs(mass - old_mass - (end - time) * found.mass_rate) / mass,

@@ -43,6 +43,15 @@ def about_exponents(rows: Sequence[exponents.Row]) -> list[str]:
             "So m > n does not protect densities at nodes by itself: the balance of mass holds "
             "between shape functions, not at each node."
         )
+    helped = [row for row in well if row.lumped]
+    if helped:
+        where = named(f"{row.variant} (m = {row.m:g}, n = {row.n:g}, {row.body})" for row in helped)
+        said.append(
+            f"In {len(helped)} of them, {where}, a nodal density would vanish, and the balance of mass is lumped about "
+            f"its node, in at most {most(helped, 'lumped_cells'):.1%} of the cells: m > n does not protect densities "
+            "at nodes by itself, since the balance holds between shape functions, not at each node. In the other "
+            f"{len(nodal) - len(helped)} nothing is lumped anywhere."
+        )
     healed = [row for row in rows if row.variant in HEALED]
     if healed:
         said.append(

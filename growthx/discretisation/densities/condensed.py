@@ -62,7 +62,7 @@ class EliminatedDensities:
         if resting:
             trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
             self.coupling = spaces.compile.form(ufl.inner(trial, test) * spaces.whole_volume)
-        self.lumped = None
+        self.lumped: None = None
         self.conditions: list[dolfinx.fem.DirichletBC] = []
         self.constants: list[dolfinx.fem.Constant] = []
 

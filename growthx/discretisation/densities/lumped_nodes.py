@@ -1,8 +1,8 @@
 """Nodes about which the balance of mass is lumped, storage and source, so that their densities stay positive.
 
-The balance holds between shape functions, not at each node: beside a steep slope the source of a cell goes on resorbing
-what its emptiest node no longer has, and a nodal density falls below zero although the model, m > n, forbids it.  Lumped
-in all cells around a node, its balance is that of a point,
+The balance holds between shape functions, not at each node: beside a steep slope the source of a cell goes on
+resorbing what its emptiest node no longer has, and a nodal density falls below zero although the model, m > n, forbids
+it.  Lumped in all cells around a node, its balance is that of a point,
 
     Mᵢ [ρᵢ − ρₙᵢ]/Δt = Σ Mᵢᵉ R₀(ρᵢ, Ψ₀ᵉ)        with the masses Mᵢᵉ of the cells around it (Remark 4.3),
 
@@ -17,7 +17,6 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx.discretisation.forms.momentum import total
 from growthx.fem.assembly import assemble, average_cells
 
 if TYPE_CHECKING:
@@ -40,9 +39,10 @@ class LumpedNodes:
     def __init__(self, spaces: Spaces, state: State, unknowns: Unknowns, mass: Mass, test: Any) -> None:
         """test: function of the balance of mass, in the units of the system."""
         self._spaces, self._unknowns, self._mass, self._test = spaces, unknowns, mass, test
-        self._lumped = np.zeros(len(state.density.x.array), dtype=bool)
+        self._lumped: Marks = np.zeros(len(state.density.x.array), dtype=bool)
         self._on_trial = np.zeros_like(self._lumped)  # nodes that are not lumped to see whether that is needed
         self._forms: tuple[list[dolfinx.fem.Form], list[dolfinx.fem.Form]] | None = None
+        self._where: dolfinx.fem.Function | None = None
         self.residuals: list[dolfinx.fem.Form] = []
         self.tangents: list[dolfinx.fem.Form] = []
         self.cells = 0  # in which the balance is lumped, on all ranks
@@ -82,7 +82,7 @@ class LumpedNodes:
         self._set(lumped > 0 if len(lumped) else np.zeros_like(self._lumped))
 
     def supplied(self) -> float:
-        """Mass per time that lumping adds to what the source gives, times the scale of the test function; collective."""
+        """Mass per time that lumping adds to the source, times the scale of the test function (collective)."""
         part = self._unknowns.density_part
         assert part is not None
         here = part[part < self._unknowns.owned]
@@ -97,9 +97,8 @@ class LumpedNodes:
         if self.cells and self._forms is None:
             self._forms = self._compile()
         self.residuals, self.tangents = self._forms if self.cells and self._forms else ([], [])
-        if self._forms is not None:
+        if self._where is not None:
             self._where.x.array[:] = cells
-            self._where.x.scatter_forward()
 
     def _compile(self) -> tuple[list[dolfinx.fem.Form], list[dolfinx.fem.Form]]:
         domain = self._spaces.scene.mesh.domain

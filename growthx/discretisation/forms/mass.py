@@ -51,7 +51,7 @@ class Mass:
 
         None of a variant that lumps both.
         """
-        spaces, state, unknowns, variant = self._spaces, self._state, self._unknowns, self._spaces.variant
+        state, unknowns, variant = self._state, self._unknowns, self._spaces.variant
         rho, inside = unknowns.density, ufl.conditional(where, 1.0, 0.0) * test
         # Elsewhere, where no number need exist at the nodes, any energy is as good.
         energy = ufl.conditional(where, self._energy, 1.0)
