@@ -105,6 +105,10 @@ def steps(result: Result, rows: int = 10) -> None:
     if lumped := max((step.lumped_cells for step in chosen), default=0):
         say(result, f"+: where a nodal density would vanish the balance of mass is lumped, in at most {lumped} cells")
     say(result, f"ended: {record.ending(result)}")
+    if result.scene.growth.is_bounded:
+        shares = zip(result.problem.measures.shares_at_bounds(), result.scene.growth.bounds, strict=True)
+        told = (f"{share:.1%} of the volume at {bound:g}" for share, bound in shares if bound is not None)
+        say(result, f"bounds of density: {', '.join(told)}")
 
 
 def _of_what_grows(result: Result) -> str:

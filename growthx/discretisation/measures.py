@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.state import State
 
+AT_BOUND = 1e-9  # of a bound: nearer, a density is at it
+
 
 class Expressions:
     """Quantities of the state in UFL, over the whole body; material and growth: the laws of what grows, in UFL."""
@@ -111,6 +113,17 @@ class Measures:
             spaces.comm.allreduce(float(values.min(initial=np.inf)), MPI.MIN),
             spaces.comm.allreduce(float(values.max(initial=-np.inf)), MPI.MAX),
         )
+
+    def shares_at_bounds(self) -> tuple[float, float]:
+        """Shares of the volume that grows whose density is at its lowest and at its highest bound; zero without one."""
+        spaces = self._spaces
+        low, high = spaces.scene.growth.limits
+        density = self._state.density.x.array[spaces.growing]
+        # A density that has stopped at a bound is the bound; one that was found there is so to round-off.
+        marks = [density <= low * (1 + AT_BOUND), density >= high * (1 - AT_BOUND), np.ones(len(density), dtype=bool)]
+        weights = np.abs(spaces.volumes[spaces.growing])
+        *held, volume = spaces.comm.allreduce(np.array([weights @ mark for mark in marks]))
+        return float(held[0] / volume), float(held[1] / volume)
 
     def root_mean_square(self, values: Floats) -> float:
         """Root mean square over the volume that grows of values for each density, as `density.x.array`."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 def summary(result: Result) -> Mapping[str, object]:
     """The numbers of a run that every scene has, as scalars.
 
+    at_bounds: shares of the volume at the lowest and the highest bound of density, where the law has bounds.
     mass, min_density, max_density: of what grows; `growing` names its regions where other parts of the body rest.
     """
     from growthx import __version__
@@ -41,6 +42,7 @@ def summary(result: Result) -> Mapping[str, object]:
         **({} if result.converged else {"reason": result.reason}),
         "min_density": low,
         "max_density": high,
+        **({"at_bounds": list(problem.measures.shares_at_bounds())} if result.scene.growth.is_bounded else {}),
         "mass": problem.mass(),
         "mass_defect": max((step.mass_defect for step in result.steps), default=0.0),
         "force_defect": max((step.force_defect for step in result.steps), default=0.0),

@@ -57,6 +57,7 @@ COMMON = {
     "mass": float,
     "mass_defect": float,
     "force_defect": float,
+    "lumped_cells": int,
     "round_off": float,
     "setup_s": float,
     "compile_s": float,
@@ -82,6 +83,24 @@ def test_json_has_one_object_with_scalars(arguments, own, tmp_path):
     assert {name: type(found[name]) for name in COMMON} == COMMON
     assert found["converged"] is True
     assert os.listdir(tmp_path) == []  # nothing is written that nobody asked for
+
+
+@pytest.mark.parametrize("variant", ["Q1P0", "Q1sri", "Q1", "Q1Q1"])
+def test_remark_6_1_between_bounds(variant, found):
+    """With m = 0 (n = 2) and bounds the femur becomes the field of zeros and ones that Fig. 12 is to show."""
+    ended = found("femur", "--m", "0", "--bounds", "0.12", "2.4", "--until", "800", "--variant", variant)
+    low, high = ended["at_bounds"]
+    assert (ended["min_density"], ended["max_density"]) == pytest.approx((0.12, 2.4), rel=1e-9)
+    assert 0.68 < low < 0.8
+    assert 0.15 < high < 0.28
+
+
+@pytest.mark.parametrize(("bounds", "shares"), [(("none", "1.1"), (0, 1)), (("0.9", "none"), (1, 0))])
+def test_bounds_of_any_scene(bounds, shares, found):
+    """Of one side, too: the loaded end of the bar grows, and stops there; the plate's corners are resorbed to there."""
+    name = ("bar", "--elements", "10") if shares[1] else ("plate", "--n", "4")
+    ended = found(*name, "--bounds", *bounds)
+    assert [share > 0 for share in ended["at_bounds"]] == [bool(share) for share in shares]
 
 
 @pytest.fixture
@@ -256,6 +275,8 @@ def test_two_ranks_give_the_same_object(tmp_path):
         (["plate", "--cells", "hexahedron"], "there are no cells 'hexahedron' in the plane: quadrilateral or triangle"),
         (["bar", "--dt", "0"], "the time step Δt is 0: a positive number would be right"),
         (["bar", "--dt", "nan"], "the time step Δt is nan: a positive number would be right"),
+        (["femur", "--bounds", "0.1", "high"], "'high' is no density: a number or 'none' would be right"),
+        (["plate", "--bounds", "2", "1"], "the bounds of density are (2.0, 1.0): the lowest before the highest"),
         (["bar", "--m", "-1"], "the exponent m is -1: a number of at least 0 would be right"),
         (["bar", "--elements", "x"], "argument --elements: invalid int value: 'x'"),
         (["bar", "--elements", "15"], "the discontinuous bar has 15 elements: a multiple of 10"),

@@ -50,6 +50,17 @@ def test_densities_stop_at_the_bounds_exactly(variant):
 
 
 @variants
+def test_shares_of_the_volume_at_the_bounds(variant):
+    """By NumPy: the weights of the densities that are equal to a bound, over those of all."""
+    _, problem = run(body(variant, replace(FREE, bounds=(LOW, HIGH))), variant)
+    owned = slice(len(problem.volumes))
+    density, weights = (gathered(each) for each in (problem.density.x.array[owned], np.abs(problem.volumes)))
+    expected = [weights[np.isclose(density, bound, rtol=1e-12)].sum() / weights.sum() for bound in (LOW, HIGH)]
+    assert problem.measures.shares_at_bounds() == pytest.approx(expected, rel=1e-12)
+    assert min(expected) > 0
+
+
+@variants
 @pytest.mark.parametrize("bound", ["low", "high"])
 def test_one_bound_alone(variant, bound):
     """The other side must stay open, as if there were no bound."""
