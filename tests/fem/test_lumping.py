@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 
+import dolfinx
 import numpy as np
 import pytest
+import ufl
 from blocks import (
     COMM,
     ROLLERS,
     assert_tangent_matches_differences,
     block,
+    cube,
     densities,
     displacements,
     gathered,
@@ -23,6 +26,9 @@ import growthx as gx
 from growthx.common.errors import InputError
 from growthx.constitutive.homogeneous import uniaxial_equilibrium
 from growthx.discretisation.variants import CATALOGUE
+from growthx.fem import kernels
+from growthx.fem.assembly import assemble
+from growthx.fem.lumping import at_nodes, node_shares
 from growthx.scenes.bar import ATTRACTOR_LEVELS, DISCONTINUOUS, bar
 from growthx.scenes.plate import plate
 
@@ -184,6 +190,41 @@ def test_lumping_damps_overshoots_while_they_arise():
     assert lumped[-1] > 0.85 * full[-1]  # t = 6
     assert np.all(with_source < lumped)
     assert with_source[-1] < 0.65 * full[-1]
+
+
+# -- masses at the nodes of quadratic cells ----------------------------------------------------------------------------
+
+
+def node_masses(mesh, degree):
+    """Masses at the nodes of each cell, as the rule there with its shares has them, shape (owned cells, nodes)."""
+    space = dolfinx.fem.functionspace(mesh.domain, ("DG", degree))
+    rule = at_nodes(ufl.Measure("dx", domain=mesh.domain), degree)
+    masses = assemble(kernels.form(node_shares(mesh.domain, degree) * ufl.TestFunction(space) * rule))
+    return masses.reshape(-1, space.dofmap.dof_layout.num_dofs)
+
+
+@pytest.mark.parametrize("shape", ["quadrilateral", "hexahedron", "triangle", "tetrahedron"])
+@pytest.mark.parametrize("degree", [1, 2])
+def test_masses_at_nodes_are_positive_and_keep_the_volume(shape, degree):
+    """Also on distorted cells, and on quadratic simplices, whose row sums are zero or negative at the corners."""
+    mesh = (square if shape in ("quadrilateral", "triangle") else cube)(2, 0.05, shape=shape)
+    masses = node_masses(mesh, degree)
+    assert masses.min() > 0
+    volumes = assemble(
+        kernels.form(
+            ufl.TestFunction(dolfinx.fem.functionspace(mesh.domain, ("DG", 0)))
+            * ufl.dx(mesh.domain, metadata={"quadrature_degree": 5})
+        )
+    )
+    assert masses.sum(axis=1) == pytest.approx(volumes, rel=1e-12)
+
+
+def test_masses_at_nodes_are_those_of_textbooks():
+    """Simpson's rule on a square; on a triangle and a tetrahedron, in proportion to ∫ N² (Hinton et al. 1976)."""
+    of_square = node_masses(square(1), 2)
+    assert np.sort(of_square) == pytest.approx(np.sort([[1 / 36] * 4 + [4 / 36] * 4 + [16 / 36]] * len(of_square)))
+    of_triangle = node_masses(square(1, shape="triangle"), 2)
+    assert np.sort(2 * of_triangle) == pytest.approx(np.sort([[3 / 57] * 3 + [16 / 57] * 3] * len(of_triangle)))
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------
