@@ -14,6 +14,7 @@ import platform
 import shlex
 import shutil
 import subprocess
+import sys
 import sysconfig
 import tempfile
 from functools import cache
@@ -75,20 +76,23 @@ def generated(comm: MPI.Comm, weak_form: ufl.Form) -> tuple[Any, Any]:
     return ufcx_form, module
 
 
-def library(comm: MPI.Comm, source: str, declarations: str, owner: str) -> Any:
+def library(comm: MPI.Comm, source: str, declarations: str, owner: str, *, libraries: tuple[str, ...] = ()) -> Any:
     """The functions of some C source, as cffi gives them, compiled once for each owner (collective).
 
-    What the source keeps in static variables is kept once for each owner.
+    What the source keeps in static variables is kept once for each owner.  libraries: that it is linked with; their
+    headers are looked for where compilers and SuiteSparse have them.
     """
     flags = _flags(comm)
-    name = f"growthx_{_hash(source, declarations, owner, flags)}"
+    name = f"growthx_{_hash(source, declarations, owner, flags, *libraries)}"
+    headers = [f"{root}/include/suitesparse" for root in (sys.prefix, "/usr")] if libraries else []
 
     def build(folder: Path) -> None:
         import cffi
 
         ffi = cffi.FFI()
         ffi.cdef(declarations)
-        ffi.set_source(name, source, extra_compile_args=["-std=c17", *flags])
+        arguments = {"libraries": list(libraries), "include_dirs": headers} if libraries else {}
+        ffi.set_source(name, source, extra_compile_args=["-std=c17", *flags], **arguments)
         ffi.compile(tmpdir=str(folder))
 
     found = next(_keep(comm, name, build).glob(f"{name}.*so"))

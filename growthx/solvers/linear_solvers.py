@@ -1,6 +1,7 @@
 """The linear systems of Newton's method: which of PETSc's solvers fits a problem, by its kind and size.
 
-small: a factorisation, Cholesky where the tangent is symmetric, else LU;
+small: a factorisation, Cholesky where the tangent is symmetric – on one rank in single precision, which is enough to
+steer Newton's method by, see `single_factor` – else LU;
 large: Krylov's methods with algebraic multigrid (GAMG), which knows of the rigid motions, for the displacement:
     conjugate gradients   densities eliminated, tangent symmetric
     GMRES                 densities eliminated, tangent not symmetric
@@ -24,6 +25,9 @@ import dolfinx
 import numpy as np
 from petsc4py import PETSc
 
+from growthx.solvers import single_factor
+from growthx.solvers.single_factor import SingleFactor
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
 # displacements alone, or of all. A factor is kept over many solutions, which cost little with it; in the plane memory
 # ends its use.
 LARGEST_CONDENSED = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 20_000, (3, 2): 100_000}
+LARGEST_SINGLE = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 150_000, (3, 2): 100_000}  # in single precision
 LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_000}
 
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
@@ -97,6 +102,7 @@ class LinearSolver:
         """
         if self._of_parts:
             return
+        self._leave_single_precision()
         if self._replaced and self.negative_pivots == 0:
             self._factorise_by(PETSc.Mat.SolverType.CHOLMOD)
         try:
@@ -108,7 +114,22 @@ class LinearSolver:
                 raise
             self._factorise_by(PETSc.Mat.SolverType.MUMPS)
             self._set_up()
+        if self._leave_single_precision():
+            self.refresh()
+            return
         self.negative_pivots = _negative_pivots(self._ksp.getPC()) if self.direct else 0
+
+    def _leave_single_precision(self) -> bool:
+        """Go on in double precision from where a factor in single precision is poor; whether that is here."""
+        found = [(part, context) for part in _parts(self._ksp) if (context := _single(part)) is not None]
+        if not any(context.is_poor for _, context in found):
+            return False
+        for part, _ in found:
+            operators = part.getOperators()
+            part.getPC().reset()
+            _choose_factor(part.getPC(), symmetric=True)
+            part.setOperators(*operators)
+        return True
 
     def _factorise_by(self, package: str) -> None:
         for ksp in self._replaced:
@@ -125,13 +146,26 @@ class LinearSolver:
             ksp.setUpOnBlocks()
 
 
-def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
-    """A KSP, or its parts, for which CHOLMOD factorises."""
+def _parts(ksp: PETSc.KSP) -> list[PETSc.KSP]:
+    """A KSP, or those of its parts."""
     pc = ksp.getPC()
     if pc.getType() == PETSc.PC.Type.FIELDSPLIT:
-        return [found for part in pc.getFieldSplitSubKSP() for found in _factorised_by_cholmod(part)]
-    cholmod = pc.getType() in _FACTORS and pc.getFactorSolverType() == PETSc.Mat.SolverType.CHOLMOD
-    return [ksp] if cholmod else []
+        return [found for part in pc.getFieldSplitSubKSP() for found in _parts(part)]
+    return [ksp]
+
+
+def _single(ksp: PETSc.KSP) -> SingleFactor | None:
+    """What factorises for a KSP in single precision, if anything does."""
+    pc = ksp.getPC()
+    context = pc.getPythonContext() if pc.getType() == PETSc.PC.Type.PYTHON else None
+    return context if isinstance(context, SingleFactor) else None
+
+
+def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
+    """A KSP, or its parts, for which PETSc's CHOLMOD factorises."""
+    pcs = ((part, part.getPC()) for part in _parts(ksp))
+    cholmod = PETSc.Mat.SolverType.CHOLMOD
+    return [part for part, pc in pcs if pc.getType() in _FACTORS and pc.getFactorSolverType() == cholmod]
 
 
 @contextmanager
@@ -168,9 +202,12 @@ def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, dire
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
     layout = problem.layout
-    limit = (LARGEST_CONDENSED if layout.condensed else LARGEST_MONOLITHIC)[layout.dim, layout.degree]
     # Bounds of unknowns take rows out of the matrix, and with them what multigrid knows of it.
     bounded = problem.limits() is not None
+    if problem.symmetric and not direct and not bounded and _use_single_precision(ksp.getPC(), layout.dofs, layout):
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        return LinearSolver(ksp)
+    limit = (LARGEST_CONDENSED if layout.condensed else LARGEST_MONOLITHIC)[layout.dim, layout.degree]
     if direct or bounded or layout.dofs <= limit:
         _factorise(ksp, problem.symmetric)
         return LinearSolver(ksp, of_parts=bounded)
@@ -188,6 +225,19 @@ def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, dire
 def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
     ksp.setType(PETSc.KSP.Type.PREONLY)
     _choose_factor(ksp.getPC(), symmetric)
+
+
+def _use_single_precision(pc: PETSc.PC, size: int, layout: Layout) -> bool:
+    """Factorise a symmetric matrix of that size in single precision, where that pays and memory allows; whether so."""
+    fits = single_factor.SMALLEST <= size <= LARGEST_SINGLE[layout.dim, layout.degree]
+    if pc.comm.size > 1 or not fits or not single_factor.fits_into_memory(size, layout.dim):
+        return False
+    library = single_factor.load(pc.comm.tompi4py())
+    if library is None:
+        return False
+    pc.setType(PETSc.PC.Type.PYTHON)
+    pc.setPythonContext(SingleFactor(library))
+    return True
 
 
 def _choose_factor(pc: PETSc.PC, symmetric: bool) -> None:
@@ -253,6 +303,8 @@ def _approximate(ksp: PETSc.KSP, size: int, layout: Layout) -> None:
     """One application of what fits a displacement of so many unknowns."""
     ksp.setType(PETSc.KSP.Type.PREONLY)
     pc = ksp.getPC()
+    if layout.symmetric_parts and _use_single_precision(pc, size, layout):
+        return
     if size > LARGEST_CONDENSED[layout.dim, layout.degree]:
         _use_multigrid(pc)
     else:
@@ -292,6 +344,8 @@ def _velocities(dim: int) -> Sequence[Callable[[Floats], Floats]]:
 
 def _describe(ksp: PETSc.KSP) -> str:
     pc = ksp.getPC()
+    if (context := _single(ksp)) is not None:
+        return _METHODS.get(ksp.getType(), f"{ksp.getType()} with ") + context.name
     name = _PRECONDITIONERS.get(pc.getType(), str(pc.getType()))
     if pc.getType() in _FACTORS:
         name += f" ({str(pc.getFactorSolverType() or 'petsc').upper()})"
