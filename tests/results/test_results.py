@@ -147,7 +147,7 @@ def test_history_is_the_steps(variant, shared_folder):
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
         *("time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"),
-        *("round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density"),
+        *("round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density", "lumped_cells"),
         *("reaction_left_x", "reaction_left_y"),
     ]
     assert len(rows) == len(result.steps) == 4
