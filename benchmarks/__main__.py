@@ -16,7 +16,7 @@ def main() -> None:
     """Print the list."""
     print("All are run from the checkout, by ./run COMMAND; --help tells their options.")
     for each in CATALOGUE:
-        print(f"\n{each.command}\n    takes {each.takes}; leaves benchmarks/results/{each.page}")
+        print(f"\n{each.command}\n    takes {each.takes}; leaves {each.path}")
         print(textwrap.fill(each.measures, WIDTH, initial_indent="    ", subsequent_indent="    "))
 
 

@@ -11,11 +11,19 @@ ROOT = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A program: its module below `benchmarks`, its page, and about how long it takes where nothing is known yet."""
+    """A program: its module below `benchmarks`, its page, and about how long it takes where nothing is known yet.
+
+    page: in `results`, or a path in the checkout.
+    """
 
     module: str
     page: str
     takes: str
+
+    @property
+    def path(self) -> str:
+        """The page's place in the checkout."""
+        return self.page if "/" in self.page else f"benchmarks/results/{self.page}"
 
     @property
     def command(self) -> str:
@@ -44,6 +52,7 @@ class Benchmark:
 CATALOGUE = (
     Benchmark("accuracy.convergence", "convergence.md", "about 15 minutes"),
     Benchmark("accuracy.error_vs_runtime", "error_vs_runtime.md", "hours"),
+    Benchmark("accuracy.paper_claims", "docs/paper.md", "about a minute"),
     Benchmark("accuracy.paper_tables", "paper_tables.md", "about 4 minutes"),
     Benchmark("robustness.globalisation", "globalisation.md", "about 7 minutes"),
     Benchmark("speed.newton_step", "newton_step.md", "about 2 minutes"),

@@ -33,7 +33,7 @@ def test_what_is_listed_exists(benchmark):
     assert is_program(benchmark.file)
     assert 20 < len(benchmark.measures) < 120
     assert benchmark.command in ast.get_docstring(ast.parse(benchmark.file.read_text(encoding="utf-8")))
-    assert (ROOT / "results" / benchmark.page).is_file()
+    assert (ROOT.parent / benchmark.path).is_file()
     assert importlib.util.find_spec(benchmark.renderer)
 
 
