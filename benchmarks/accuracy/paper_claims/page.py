@@ -57,12 +57,12 @@ def read_numbers(folder: Path = RESULTS) -> dict[str, dict[str, float]]:
     return found
 
 
-def told(numbers: dict[str, float]) -> str:
-    """The numbers in a sentence: those that are equal together."""
-    words = [f"{what}: {value:.4g}" for what, value in numbers.items()]
-    if numbers and not any(numbers.values()):
-        return f"all {len(numbers)} numbers are 0 ({next(iter(numbers))}; …)" if len(numbers) > 1 else words[0]
-    return "; ".join(words)
+def told(numbers: dict[str, float]) -> list[str]:
+    """The numbers as a table; where all are zero, in a line."""
+    if len(numbers) > 1 and not any(numbers.values()):
+        return ["", f"Measured: {next(iter(numbers))}; and {len(numbers) - 1} more, all 0."]
+    rows = [f"| {what} | {value:.4g} |" for what, value in numbers.items()]
+    return ["", "| measured | |", "| :-- | --: |", *rows] if rows else []
 
 
 def page(folder: Path = RESULTS) -> str:
@@ -78,6 +78,5 @@ def page(folder: Path = RESULTS) -> str:
     for claim in CLAIMS:
         word, why = verdicts[claim.name]
         lines += ["", f"## {claim.name}", "", f"{claim.place}: {claim.statement}", "", f"*{word}* – {why}."]
-        if kept[claim.name]:
-            lines += ["", f"Measured: {told(kept[claim.name])}."]
+        lines += told(kept[claim.name])
     return "\n".join(lines) + "\n"
