@@ -23,8 +23,10 @@ from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
+from mpi4py import MPI
 from petsc4py import PETSc
 
+from growthx.common.communicators import steady
 from growthx.solvers import single_factor
 from growthx.solvers.single_factor import SingleFactor
 
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
 # ends its use.
 LARGEST_CONDENSED = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 20_000, (3, 2): 100_000}
 LARGEST_SINGLE = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 150_000, (3, 2): 100_000}  # in single precision
+LARGEST_SHARED = 50_000  # … of which each of several ranks makes the same
 LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_000}
 
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
@@ -230,9 +233,11 @@ def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
 def _use_single_precision(pc: PETSc.PC, size: int, layout: Layout) -> bool:
     """Factorise a symmetric matrix of that size in single precision, where that pays and memory allows; whether so."""
     fits = single_factor.SMALLEST <= size <= LARGEST_SINGLE[layout.dim, layout.degree]
-    if pc.comm.size > 1 or not fits or not single_factor.fits_into_memory(size, layout.dim):
+    comm = steady(pc.comm.tompi4py())
+    fits = fits and (comm.size == 1 or size <= LARGEST_SHARED)
+    if not comm.allreduce(fits and single_factor.fits_into_memory(size, layout.dim, comm.size), MPI.LAND):
         return False
-    library = single_factor.load(pc.comm.tompi4py())
+    library = single_factor.load(comm)
     if library is None:
         return False
     pc.setType(PETSc.PC.Type.PYTHON)

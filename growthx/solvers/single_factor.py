@@ -12,14 +12,16 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from mpi4py import MPI
 
+from growthx.common.communicators import steady
 from growthx.common.errors import InputError
 from growthx.fem import kernels
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
 
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Indices
 
 SMALLEST = 4_000  # unknowns from which on it is worth its setting up
 POOR = 0.3  # ‖b − A x‖ over ‖b‖ of a solution that steers no more: less, and every step does most of its work
@@ -144,6 +146,8 @@ static int solve(uintptr_t address, uintptr_t b_, uintptr_t x_)
 class SingleFactor:
     """The context of a PETSc PC of type "python": solves with a factor in single precision.
 
+    On several ranks each has the whole matrix and makes the same factor of it: nobody waits for the others within a
+    factorisation or a solution, which for systems that are not large costs more than the work that is shared.
     is_poor: whether the last matrix had none, or one that does not solve well; a factor in double precision then would.
     """
 
@@ -152,51 +156,78 @@ class SingleFactor:
     def __init__(self, library: Any) -> None:
         """library: see `load`."""
         self._library, self._factor, self._fresh, self.is_poor = library, 0, False, False
+        self._own, self._comm = slice(0), MPI.COMM_SELF
+        self._rows: Indices = np.zeros(1, dtype=int)  # of each rank
+        self._entries: Indices = np.zeros(1, dtype=int)
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Factorise the matrix as it is now; PETSc calls this."""
-        starts, columns, values = pc.getOperators()[0].getValuesCSR()
+        matrix = pc.getOperators()[0]
+        starts, columns, values = matrix.getValuesCSR()
         if not self._factor:
+            self._comm = steady(pc.comm.tompi4py())
+            self._own = slice(*matrix.getOwnershipRange())
+            self._rows, self._entries = (
+                np.array(self._comm.allgather(each)) for each in (len(starts) - 1, len(columns))
+            )
+            lengths = self._gathered(np.diff(starts), self._rows)
+            starts, columns = np.concatenate([[0], np.cumsum(lengths)]), self._gathered(columns, self._entries)
+            starts = starts.astype(np.int32)
             self._factor = self._library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data)
+        values = self._gathered(values, self._entries)
         made = self._factor and self._library.factorise(self._factor, values.ctypes.data)
-        self._fresh, self.is_poor = True, not made
+        self._fresh, self.is_poor = True, not self._comm.allreduce(bool(made), MPI.LAND)
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """X ≈ A⁻¹ b; PETSc calls this."""
-        x.array_w[:] = self._solve(b.array_r)
+        whole = self._gathered(b.array_r, self._rows)
+        found = self._solve(whole)
         if self._fresh:
             self._fresh = False
-            self._look_at(pc.getOperators()[0], b, x)
+            found = self._looked_at(pc.getOperators()[0], whole, found)
+        x.array_w[:] = found[self._own]
+
+    def _gathered(self, values: Any, counts: Any) -> Any:
+        """What all ranks have, one after the other."""
+        values = np.ascontiguousarray(values)
+        if self._comm.size == 1:
+            return values
+        whole = np.empty(counts.sum(), dtype=values.dtype)
+        self._comm.Allgatherv(values, (whole, counts))
+        return whole
 
     def _solve(self, b: Floats) -> Floats:
-        b, x = np.ascontiguousarray(b), np.full(len(b), np.nan)
+        x = np.full(len(b), np.nan)
         if self._factor:
             self._library.solve(self._factor, b.ctypes.data, x.ctypes.data)
         return x
 
-    def _look_at(self, matrix: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Whether the first solution of a new factor is one; if not, conjugate gradients make one of it."""
-        product = b.duplicate()
-        matrix.mult(x, product)
-        rest = b.array_r - product.array_r
-        enough = float(np.linalg.norm(b.array_r))
-        self.is_poor = not np.linalg.norm(rest) <= POOR * enough
+    def _looked_at(self, matrix: PETSc.Mat, b: Floats, x: Floats) -> Floats:
+        """The first solution of a new factor; if it is none, conjugate gradients make one of it."""
+
+        def times(vector: Floats) -> Floats:
+            ours, product = matrix.createVecs()
+            ours.array_w[:] = vector[self._own]
+            matrix.mult(ours, product)
+            whole = self._gathered(product.array_r, self._rows)
+            ours.destroy()
+            product.destroy()
+            return np.array(whole)
+
+        rest, size = b - times(x), float(np.linalg.norm(b))
+        self.is_poor = not np.linalg.norm(rest) <= POOR * size
         direction: Floats = np.zeros(len(rest))
         slope = 1.0
         for _ in range(MOST_ITERATIONS if self.is_poor else 0):
             improved = self._solve(rest)
             former, slope = slope, float(rest @ improved)
             direction = improved + (slope / former) * direction
-            x_of_direction = b.duplicate()
-            x_of_direction.array_w[:] = direction
-            matrix.mult(x_of_direction, product)
-            x_of_direction.destroy()
-            share = slope / float(direction @ product.array_r)
-            x.array_w[:] += share * direction
-            rest -= share * product.array_r
-            if not np.linalg.norm(rest) > ENOUGH * enough:
+            product = times(direction)
+            share = slope / float(direction @ product)
+            x, rest = x + share * direction, rest - share * product
+            if not np.linalg.norm(rest) > ENOUGH * size:
                 break
-        product.destroy()
+        return x
 
     def destroy(self, pc: PETSc.PC) -> None:
         """Free the memory; PETSc calls this."""
@@ -204,13 +235,16 @@ class SingleFactor:
         self._factor = 0
 
 
-def fits_into_memory(size: int, dim: int) -> bool:
-    """Whether half of the memory that is free now holds a factor: in space it grows faster than what it is made of."""
+def fits_into_memory(size: int, dim: int, ranks: int) -> bool:
+    """Whether half of the memory that is free now holds a factor for each rank: in space it grows faster than the body.
+
+    The same on all ranks of a machine, which ask at the same time.
+    """
     try:
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (ValueError, OSError):  # not told here
         return True
-    return dim < SPACE or BYTES_IN_SPACE * size ** (4 / 3) < free / 2
+    return dim < SPACE or BYTES_IN_SPACE * size ** (4 / 3) * ranks < free / 2
 
 
 def load(comm: Any) -> Any:
