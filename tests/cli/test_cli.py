@@ -67,7 +67,10 @@ COMMON = {
 @pytest.mark.parametrize(
     ("arguments", "own"),
     [
-        (["bar", "--elements", "10", "--variant", "q1q1"], {"midpoint_density_change", "end_displacement"}),
+        (
+            ["bar", "--elements", "10", "--variant", "q1q1"],
+            {"midpoint_density_change", "midpoint_axis_density_change", "end_displacement"},
+        ),
         (
             ["femur", "--size", "8", "--until", "8", "--variant", "Q1"],
             {"zones", "bone", "head", "insertion", "lean", "loads"},
@@ -139,6 +142,17 @@ def test_every_variant_runs_by_its_name(name, dofs, points, found):
     assert (bar["variant"], bar["dofs"], bar["points"]) == (name, dofs, points)
     assert bar["cells"] == (10 if cells == "quadrilateral" else 20)
     assert bar["converged"] is True and bar["end_displacement"] == pytest.approx(2.37, abs=0.005)
+
+
+def test_the_bar_is_read_at_the_edge_and_on_the_axis(found, in_process):
+    """Both readings of the paper's Q2Q2, in the object and in the table: they differ in the third digit."""
+    arguments = ("bar", "--problem", "continuous", "--elements", 10, "--variant", "Q2Q2")
+    bar = found(*arguments)
+    assert bar["midpoint_density_change"] == pytest.approx(0.528429, abs=1e-6)
+    assert bar["midpoint_axis_density_change"] == pytest.approx(0.527441, abs=1e-6)
+    _, out, _ = in_process(*arguments)
+    assert re.search(r"midpoint density change +│ 0\.528429", out)
+    assert re.search(r"midpoint axis density change +│ 0\.527441", out)
 
 
 def test_the_default_variant_follows_the_cells(found):
