@@ -58,6 +58,7 @@ ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000
 LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINE_STYLES = ("-", "-.", ":")
 RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
+VTK_FONT_FILE = 4  # family of a text property that takes its font from a file
 ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
@@ -65,7 +66,7 @@ def density(
     problem: Discretisation,
     path: str | os.PathLike[str],
     *,
-    title: str = "density",
+    title: str = "",
     relative: bool = False,
     smoothed: bool = False,
     magnification: float = 1.0,
@@ -74,7 +75,8 @@ def density(
     """Draw the density on the deformed shape of a plane body and save it, as the path's suffix says (see `IMAGES`).
 
     What does not grow is plain grey, as is said below the colours, and has no part in their range.
-    title: of the colour bar, with the unit.  relative: draw [ρ − ρ*]/ρ* instead.  magnification: of the displacement.
+    relative: draw [ρ − ρ*]/ρ* instead, as the paper does.  magnification: of the displacement.
+    title: of the colour bar, with the unit; default: what is drawn, without one.
     smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
     which is constant over the part of a cell that belongs to an integration point.
     loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
@@ -85,14 +87,14 @@ def density(
     _check_look(title, relative, smoothed, magnification)
     check_picture(path, IMAGES, problem.comm)
     panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
-    _on_rank_0(problem, path, lambda: _draw({"": panel}, title, Path(path), 1, PICTURE_WIDTH))
+    _on_rank_0(problem, path, lambda: _draw({"": panel}, _named(title, relative), Path(path), 1, PICTURE_WIDTH))
 
 
 def densities(
     problems: Mapping[str, Discretisation],
     path: str | os.PathLike[str],
     *,
-    title: str = "density",
+    title: str = "",
     relative: bool = False,
     smoothed: bool = False,
     magnification: float = 1.0,
@@ -110,7 +112,7 @@ def densities(
     panels: dict[str, _Panel] = {
         label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
     }
-    _on_rank_0(first, path, lambda: _draw(panels, title, Path(path), columns, PANEL_WIDTH))
+    _on_rank_0(first, path, lambda: _draw(panels, _named(title, relative), Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
@@ -118,28 +120,39 @@ def along_length(
     path: str | os.PathLike[str],
     places: Floats,
     *,
+    relative: bool = False,
     exact: Mapping[str, Callable[[float], float]] | None = None,
 ) -> None:
     """Plot ρ over x at places along a bar, (places, dim), as each variant knows it (formats: `GRAPHS`).
 
     There are gaps where nothing grows.
 
-    problems: results by label.  exact: densities as functions of x by label, drawn as dashed lines.
+    problems: results by label.  relative: plot [ρ − ρ*]/ρ* instead, as the paper does.
+    exact: functions of x by label, of what is plotted, drawn as dashed lines.
     Raises InputError, before anything is drawn, for a picture that could not be written and for what are no places.
     """
     require_problems(problems)
+    require_flag(relative, "relative, of a picture,")
     if exact is not None:
         require_functions(exact, "the exact densities")
     first = next(iter(problems.values()))
     check_picture(path, GRAPHS, first.comm)
-    curves = {label: problem.sample_density(places) for label, problem in problems.items()}
+    curves = {
+        label: problem.sample_density_change(places) if relative else problem.sample_density(places)
+        for label, problem in problems.items()
+    }
     for label, problem in problems.items():
         if problem.rests:
             curves[label][problem.sample_growing(places) == 0] = np.nan
     x = np.asarray(places)[:, 0]
     if not len(x):
         raise InputError("there are no places to plot a density at: two or more along a line would be right")
-    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, Path(path)))
+    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, _named("", relative), Path(path)))
+
+
+def _named(title: str, relative: bool) -> str:
+    """The title that was asked for, or else what is drawn."""
+    return title or ("[ρ − ρ*]/ρ*" if relative else "density")
 
 
 def _check_look(title: str, relative: bool, smoothed: bool, magnification: float) -> None:
@@ -150,13 +163,15 @@ def _check_look(title: str, relative: bool, smoothed: bool, magnification: float
     require_number(magnification, "the magnification of the displacement", "a finite number", lambda _: True)
 
 
-def _plot(curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], path: Path) -> None:
+def _plot(
+    curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], title: str, path: Path
+) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot(xlabel="position along the bar", ylabel="density")
+    axes = figure.add_subplot(xlabel="position along the bar", ylabel=title)
     looks = zip(cycle(LINE_COLOURS), (style for style in cycle(LINE_STYLES) for _ in LINE_COLOURS), strict=False)
     for (label, rho), (colour, style) in zip(curves.items(), looks, strict=False):
         axes.plot(x, rho, style, label=label, color=colour, linewidth=1.5)
@@ -229,10 +244,8 @@ def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification
         raise InputError(
             f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
         )
-    parts, values = _values(problem, smoothed)
+    parts, values = _values(problem, relative, smoothed)
     at_corners = smoothed or not problem.variant.density.local
-    if relative:
-        values = values / problem.reference_density_at(parts.X if at_corners else parts.middles) - 1
     reference = positions(mesh, parts.X)
     deformed = reference.copy()
     deformed[:, :, :2] += magnification * problem.displacement_at(parts.X)
@@ -242,19 +255,19 @@ def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification
     return _Body(at_rest, shape, parts, known, at_corners)
 
 
-def _values(problem: Discretisation, smoothed: bool) -> tuple[Subcells, Floats]:
-    """Pieces of a cell, and the density of each owned cell's pieces or, where it is continuous, of their corners."""
-    cell_name, space = problem.scene.mesh.cell_name, problem.density_space
+def _values(problem: Discretisation, relative: bool, smoothed: bool) -> tuple[Subcells, Floats]:
+    """Pieces of a cell, and what is drawn of each owned cell's pieces or, where it is continuous, at their corners."""
+    cell_name, space, density = problem.scene.mesh.cell_name, problem.density_space, problem.variant.density
+    of_cells = problem.density_changes_of_cells() if relative else problem.densities_of_cells()
     if smoothed:
-        smooth = smoothed_density(problem)
+        smooth = smoothed_density(problem, of_cells=of_cells)
         cells = len(problem.scene.mesh.owned_cells)
         return uniform(cell_name, 1), smooth.x.array[smooth.function_space.dofmap.list[:cells]]
-    if problem.variant.density.local:
-        points = interpolation_points(space.element)
-        parts = subcells(cell_name, points)
-        return parts, problem.density_at(points)[:, parts.points]
+    if density.local:
+        parts = subcells(cell_name, interpolation_points(space.element))
+        return parts, of_cells[:, parts.points]
     parts = uniform(cell_name, 1 if space.element.basix_element.degree == 1 else ROUGH)
-    return parts, problem.density_at(parts.X)
+    return parts, of_cells @ density.shares(space.ufl_element(), parts.X).T
 
 
 def _arrows(problem: Discretisation) -> list[Arrow]:
@@ -305,18 +318,33 @@ def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, wi
             outline, mapper = _add_body(plotter, body, title, limits)
             if legend := _add_arrows(plotter, outline, arrows):
                 size = (0.4, 0.03 * len(legend))
-                plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+                box = plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+                _write_in_greek(box.GetEntryTextProperty())
             if label:
-                plotter.add_text(label, position="upper_left", color="black", font_size=14)
+                plotter.add_text(label, position="upper_left", color="black", font_size=14, font_file=_font())
         _look_from_above(plotter, list(np.ndindex(rows, columns))[: len(panels)], (width, height - 2 * TEXT_HEIGHT))
         plotter.subplot(0, columns)
         title = f"{title}\n"  # a line clear between title and bar
         rests = any(np.isnan(body.values).any() for body in bodies)
         bar = plotter.add_scalar_bar(mapper=mapper, title=title, nan_annotation=rests, **COLOUR_BAR)
         bar.SetNanAnnotation("")  # there is no room beside it
+        _write_in_greek(bar.GetTitleTextProperty())
         if rests:
             plotter.add_text("does not grow", (0.1, 0.04), color="black", font_size=11, viewport=True)
         plotter.screenshot(str(path))
+
+
+def _font() -> str:
+    """File of a font with Greek letters, which VTK's own leave out without a word."""
+    from matplotlib.font_manager import findfont
+
+    return str(findfont("DejaVu Sans"))
+
+
+def _write_in_greek(text: Any) -> None:
+    """Let a text property of VTK write with that font."""
+    text.SetFontFamily(VTK_FONT_FILE)
+    text.SetFontFile(_font())
 
 
 def _look_from_above(plotter: Any, places: list[tuple[int, ...]], room: tuple[int, int]) -> None:

@@ -171,6 +171,48 @@ def test_counts_of_the_paper(found):
     assert found("femur", "--refine", 2, "--until", 4)["cells"] == 2632
 
 
+def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, monkeypatch):
+    """Density in its unit, or the relative change as in the paper: the values are drawn, and the colour bar says so."""
+    from growthx.post import plots
+
+    seen, draw = [], plots._draw
+
+    def watched(panels, title, *rest):
+        (body, _), *_ = panels.values()
+        seen.append((title, body.values))
+        draw(panels, title, *rest)
+
+    monkeypatch.setattr(plots, "_draw", watched)
+    arguments = ("femur", "--size", 9, "--until", 8)
+    for options in ((), ("--relative",)):
+        status, out, err = in_process(*arguments, "--picture", "femur.png", *options)
+        assert status == 0, err
+        assert out.count("the picture is femur.png") == 1
+        assert (tmp_path / "femur.png").stat().st_size > 10_000
+        (tmp_path / "femur.png").unlink()
+    (density, rho), (change, relative) = seen
+    assert (density, change) == ("density (g/cm³)", "[ρ − ρ*]/ρ*")
+    assert relative == pytest.approx(rho / 1.2 - 1, abs=1e-12) and relative.max() - relative.min() > 0.01
+    status, out, _ = in_process("plate", "--n", 2, "--picture", "plate.png", "--json")
+    assert json.loads(out)["converged"] and (tmp_path / "plate.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("femur", "--relative"), "--relative is of a picture, and none is asked for: with --picture FILE would be"),
+        (("femur", "--picture", "a.vtu"), "the picture a.vtu has the suffix '.vtu': one of .png"),
+        (("femur", "--picture", "none/a.png"), "the picture none/a.png is to be in the folder none, which is not th"),
+        (("bar", "--relative"), "unrecognized arguments: --relative"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn_are_refused_before_the_run(arguments, sentence, in_process, monkeypatch):
+    """A word too much, or a name that no picture can have, is said at once, not after the run."""
+    monkeypatch.setattr("growthx.run.solve", lambda *arguments, **options: pytest.fail("the run has begun"))
+    status, out, err = in_process(*arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1) and sentence in err
+
+
 @pytest.fixture
 def own_femur(tmp_path):
     """Writes the built-in mesh with x and y multiplied by factors; the file's path."""
