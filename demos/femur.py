@@ -24,7 +24,7 @@ def main():
     gx.report.times(result)
 
     gx.plots.density(result.problem, folder / "density.png", title="density (g/cm³)")
-    gx.plots.density(result.problem, folder / "change.png", relative=True)  # as the paper draws it
+    gx.plots.density(result.problem, folder / "change.png", relative=True, scale="density (g/cm³)")  # as the paper
     gx.report.say(result, f"fields, history and pictures are in {folder}")
 
 

@@ -17,7 +17,9 @@ def add_picture(parser: argparse.ArgumentParser) -> None:
     """The options of a picture."""
     parser.add_argument("--picture", metavar="FILE", help="draw the density at the end on the deformed shape")
     parser.add_argument(
-        "--relative", action="store_true", help="with --picture, draw [ρ − ρ*]/ρ*, as the paper does, instead of ρ"
+        "--relative",
+        action="store_true",
+        help="with --picture, draw [ρ − ρ*]/ρ*, as the paper does; a scale has ρ, too",
     )
 
 
@@ -39,7 +41,10 @@ def draw(options: argparse.Namespace, result: Result, unit: str) -> None:
 
     if options.picture is None:
         return
-    title = "" if options.relative or not unit else f"density ({unit})"
-    density(result.problem, options.picture, relative=options.relative, title=title)
+    title = f"density ({unit})" if unit else "density"
+    if options.relative:
+        density(result.problem, options.picture, relative=True, scale=title)
+    else:
+        density(result.problem, options.picture, title=title)
     if not options.json:
         report.say(result, f"the picture is {options.picture}")

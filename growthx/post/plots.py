@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from growthx.common.arrays import is_uniform
 from growthx.common.checks import (
     check_picture,
     require_flag,
@@ -20,10 +21,12 @@ from growthx.common.checks import (
     require_number,
     require_whole,
 )
-from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all
+from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all, shown
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
+from growthx.post.colour_bars import WIDTH as BAR_WIDTH
+from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
 from growthx.post.display import display
 from growthx.post.smoothing import smoothed_density
 from growthx.post.subcells import Subcells, subcells, uniform
@@ -42,23 +45,10 @@ COLOUR_MAP = "viridis"  # reads the same with and without colour vision
 PICTURE_WIDTH = 1000  # pixels, of a picture of one body
 PANEL_WIDTH = 620  # … and of one of several
 TEXT_HEIGHT = 60  # pixels, above and below a body
-BAR_WIDTH = 220
-COLOUR_BAR = {
-    "vertical": True,
-    "color": "black",
-    "title_font_size": 24,
-    "label_font_size": 22,
-    "position_x": 0.2,
-    "position_y": 0.08,
-    "height": 0.45,
-    "width": 0.5,
-    "fmt": "%.2f",
-}
 ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINE_STYLES = ("-", "-.", ":")
 RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
-VTK_FONT_FILE = 4  # family of a text property that takes its font from a file
 ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
@@ -68,6 +58,7 @@ def density(
     *,
     title: str = "",
     relative: bool = False,
+    scale: str = "",
     smoothed: bool = False,
     magnification: float = 1.0,
     loads: bool = True,
@@ -77,17 +68,20 @@ def density(
     What does not grow is plain grey, as is said below the colours, and has no part in their range.
     relative: draw [ρ − ρ*]/ρ* instead, as the paper does.  magnification: of the displacement.
     title: of the colour bar, with the unit; default: what is drawn, without one.
+    scale: title of a second scale, of ρ, beside that of a relative change; none if empty.
     smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
     which is constant over the part of a cell that belongs to an integration point.
     loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
-    Raises InputError, before anything is drawn, for a picture that could not be written and for a body in space.
+    Raises InputError, before anything is drawn, for a picture that could not be written, for a body in space, and
+    for a second scale where nothing relative is drawn or ρ* is not the same everywhere.
     """
     require_problem(problem)
     require_flag(loads, "loads, of a picture,")
-    _check_look(title, relative, smoothed, magnification)
+    _check_look(title, relative, scale, smoothed, magnification)
     check_picture(path, IMAGES, problem.comm)
+    second = _second_scale([problem], scale)
     panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
-    _on_rank_0(problem, path, lambda: _draw({"": panel}, _named(title, relative), Path(path), 1, PICTURE_WIDTH))
+    _on_rank_0(problem, path, lambda: _draw({"": panel}, _named(title, relative), second, Path(path), 1, PICTURE_WIDTH))
 
 
 def densities(
@@ -96,6 +90,7 @@ def densities(
     *,
     title: str = "",
     relative: bool = False,
+    scale: str = "",
     smoothed: bool = False,
     magnification: float = 1.0,
     columns: int = 4,
@@ -106,13 +101,14 @@ def densities(
     """
     require_problems(problems)
     require_whole(columns, "the number of columns")
-    _check_look(title, relative, smoothed, magnification)
+    _check_look(title, relative, scale, smoothed, magnification)
     first = next(iter(problems.values()))
     check_picture(path, IMAGES, first.comm)
+    second = _second_scale(list(problems.values()), scale)
     panels: dict[str, _Panel] = {
         label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
     }
-    _on_rank_0(first, path, lambda: _draw(panels, _named(title, relative), Path(path), columns, PANEL_WIDTH))
+    _on_rank_0(first, path, lambda: _draw(panels, _named(title, relative), second, Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
@@ -155,12 +151,29 @@ def _named(title: str, relative: bool) -> str:
     return title or ("[ρ − ρ*]/ρ*" if relative else "density")
 
 
-def _check_look(title: str, relative: bool, smoothed: bool, magnification: float) -> None:
+def _check_look(title: str, relative: bool, scale: str, smoothed: bool, magnification: float) -> None:
     """Refuse what says nothing of how to draw."""
     require_kind(title, str, "the title of a picture", "a text")
     require_flag(relative, "relative, of a picture,")
+    require_kind(scale, str, "the title of a second scale", "a text")
+    if scale and not relative:
+        raise InputError(f"the second scale {scale!r} is for relative changes: with relative=True it would be right")
     require_flag(smoothed, "smoothed, of a picture,")
     require_number(magnification, "the magnification of the displacement", "a finite number", lambda _: True)
+
+
+def _second_scale(problems: list[Discretisation], title: str) -> tuple[str, float] | None:
+    """The title, and the ρ* that all bodies have everywhere; None for no title."""
+    if not title:
+        return None
+    found = [problem.scene.material.reference_density for problem in problems]
+    for each in found:
+        if not is_uniform(each) or each != found[0]:
+            raise InputError(
+                f"the second scale {title!r} is of densities whose ρ* are {shown(found[0])} and {shown(each)}: one "
+                "number that all bodies have everywhere would be right"
+            )
+    return title, float(found[0])
 
 
 def _plot(
@@ -293,8 +306,13 @@ def _check_entries(arrow: Arrow, place: str, dim: int) -> None:
             )
 
 
-def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, width: int) -> None:
-    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar."""
+def _draw(
+    panels: Mapping[str, _Panel], title: str, reference: tuple[str, float] | None, path: Path, columns: int, width: int
+) -> None:
+    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar.
+
+    reference: title of a second scale, of the density that changes, and its ρ*; None for no such scale.
+    """
     import pyvista
 
     columns = min(columns, len(panels))
@@ -303,10 +321,13 @@ def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, wi
     proportion = max(height / across for across, height in (body.extent() for body in bodies))
     height = round(width * min(2.0, max(0.5, proportion))) + 2 * TEXT_HEIGHT
     limits = min(np.nanmin(body.values) for body in bodies), max(np.nanmax(body.values) for body in bodies)
+    scales = [Scale(title, *limits)]
+    if reference is not None:
+        scales.append(Scale(reference[0], *(reference[1] * (1 + limit) for limit in limits)))
     options = {
-        "window_size": (columns * width + BAR_WIDTH, rows * height),
+        "window_size": (columns * width + len(scales) * BAR_WIDTH, rows * height),
         "shape": (rows, columns + 1),
-        "col_weights": [width] * columns + [BAR_WIDTH],
+        "col_weights": [width] * columns + [len(scales) * BAR_WIDTH],
         "groups": [(slice(None), columns)],
         "border": False,
     }
@@ -319,32 +340,14 @@ def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, wi
             if legend := _add_arrows(plotter, outline, arrows):
                 size = (0.4, 0.03 * len(legend))
                 box = plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
-                _write_in_greek(box.GetEntryTextProperty())
+                write_in_greek(box.GetEntryTextProperty())
             if label:
-                plotter.add_text(label, position="upper_left", color="black", font_size=14, font_file=_font())
+                plotter.add_text(label, position="upper_left", color="black", font_size=14, font_file=font())
         _look_from_above(plotter, list(np.ndindex(rows, columns))[: len(panels)], (width, height - 2 * TEXT_HEIGHT))
         plotter.subplot(0, columns)
-        title = f"{title}\n"  # a line clear between title and bar
         rests = any(np.isnan(body.values).any() for body in bodies)
-        bar = plotter.add_scalar_bar(mapper=mapper, title=title, nan_annotation=rests, **COLOUR_BAR)
-        bar.SetNanAnnotation("")  # there is no room beside it
-        _write_in_greek(bar.GetTitleTextProperty())
-        if rests:
-            plotter.add_text("does not grow", (0.1, 0.04), color="black", font_size=11, viewport=True)
+        add_colour_bars(plotter, mapper, scales, rests)
         plotter.screenshot(str(path))
-
-
-def _font() -> str:
-    """File of a font with Greek letters, which VTK's own leave out without a word."""
-    from matplotlib.font_manager import findfont
-
-    return str(findfont("DejaVu Sans"))
-
-
-def _write_in_greek(text: Any) -> None:
-    """Let a text property of VTK write with that font."""
-    text.SetFontFamily(VTK_FONT_FILE)
-    text.SetFontFile(_font())
 
 
 def _look_from_above(plotter: Any, places: list[tuple[int, ...]], room: tuple[int, int]) -> None:

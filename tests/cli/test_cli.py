@@ -177,10 +177,10 @@ def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, mo
 
     seen, draw = [], plots._draw
 
-    def watched(panels, title, *rest):
+    def watched(panels, title, reference, *rest):
         (body, _), *_ = panels.values()
-        seen.append((title, body.values))
-        draw(panels, title, *rest)
+        seen.append(((title, reference), body.values))
+        draw(panels, title, reference, *rest)
 
     monkeypatch.setattr(plots, "_draw", watched)
     arguments = ("femur", "--size", 9, "--until", 8)
@@ -191,7 +191,8 @@ def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, mo
         assert (tmp_path / "femur.png").stat().st_size > 10_000
         (tmp_path / "femur.png").unlink()
     (density, rho), (change, relative) = seen
-    assert (density, change) == ("density (g/cm³)", "[ρ − ρ*]/ρ*")
+    assert density == ("density (g/cm³)", None)
+    assert change == ("[ρ − ρ*]/ρ*", ("density (g/cm³)", 1.2))
     assert relative == pytest.approx(rho / 1.2 - 1, abs=1e-12) and relative.max() - relative.min() > 0.01
     status, out, _ = in_process("plate", "--n", 2, "--picture", "plate.png", "--json")
     assert json.loads(out)["converged"] and (tmp_path / "plate.png").is_file()

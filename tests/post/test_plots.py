@@ -120,6 +120,30 @@ def test_a_colour_bar_says_what_is_drawn(shared_folder, monkeypatch):
     assert COMM.rank > 0 or seen == [name for name in names for _ in range(2)]
 
 
+def test_a_second_scale_tells_the_density_of_the_same_colours(shared_folder, monkeypatch):
+    """Its ends are ρ* (1 + change) of the first one's; where ρ* varies no such scale could be right."""
+    problem = gx.solve(gx.scenes.plate(2), gx.Q1).problem
+    seen = []
+    monkeypatch.setattr(plots, "add_colour_bars", lambda plotter, mapper, scales, rests: seen.append(scales))
+    plots.density(problem, shared_folder / "a.png", relative=True, scale="density")
+    if COMM.rank == 0:
+        (change, density), low, high = *seen, *problem.density_range()
+    else:
+        problem.density_range()
+        return
+    assert (density.title, change.title) == ("density", "[ρ − ρ*]/ρ*")
+    assert (density.low, density.high) == pytest.approx((low, high), rel=1e-12)
+    assert (change.low, change.high) == pytest.approx((low - 1, high - 1), rel=1e-12)
+
+
+def test_a_second_scale_of_several_references_is_refused(shared_folder):
+    """Within a body, or between bodies."""
+    varied, one = halves(gx.Q1, initial_density=1.5), gx.discretise(gx.scenes.plate(2), gx.Q1)
+    for problems in ({"a": varied}, {"a": one, "b": varied}, {"a": one, "b": gx.discretise(gx.scenes.femur(), gx.Q1)}):
+        with pytest.raises(gx.InputError, match="one number that all bodies have everywhere would be right"):
+            plots.densities(problems, shared_folder / "a.png", relative=True, scale="density")
+
+
 def test_greek_letters_are_drawn(shared_folder):
     """In titles and in the texts above panels: VTK's own fonts leave them out, and two names look alike."""
     problem = gx.discretise(gx.scenes.plate(2), gx.Q1)
@@ -205,7 +229,16 @@ def test_pictures_that_could_not_be_written_are_refused_before(path, sentence, s
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        *(("title", 5), ("title", None), ("relative", 1), ("smoothed", "no"), ("loads", 0)),
+        *(
+            ("title", 5),
+            ("title", None),
+            ("scale", 5),
+            ("scale", None),
+            ("scale", "g/cm³"),
+            ("relative", 1),
+            ("smoothed", "no"),
+            ("loads", 0),
+        ),
         *(("magnification", "x"), ("magnification", np.nan), ("magnification", None)),
         *(("columns", 0), ("columns", -1), ("columns", 1.5), ("columns", "2"), ("columns", True)),
         *(("problems", {}), ("problems", []), ("problems", {"a": 3}), ("problems", {1: 2}), ("problem", "Q1")),
