@@ -44,7 +44,7 @@ class Benchmark:
 CATALOGUE = (
     Benchmark("accuracy.convergence", "convergence.md", "about 15 minutes"),
     Benchmark("accuracy.error_vs_runtime", "error_vs_runtime.md", "hours"),
-    Benchmark("accuracy.paper_tables", "paper_tables.md", "about 4 minutes"),
+    Benchmark("accuracy.paper_tables", "paper_tables.md", "about 2 minutes"),
     Benchmark("robustness.globalisation", "globalisation.md", "about 7 minutes"),
     Benchmark("speed.newton_step", "newton_step.md", "about 2 minutes"),
     Benchmark("speed.peers", "peers.md", "minutes, and the other codes' scripts and packages"),

@@ -14,7 +14,7 @@ from benchmarks.accuracy.paper_tables.bars import bar_file, bars
 from benchmarks.accuracy.paper_tables.femur import REFINED, REFINEMENTS, run_femurs
 from benchmarks.accuracy.paper_tables.inputs import choices, run_inputs
 from benchmarks.accuracy.paper_tables.nearest import all_readings, readings_file
-from benchmarks.accuracy.paper_tables.newton import newton_file, norms
+from benchmarks.accuracy.paper_tables.newton import RUNS, newton_file, norms
 from benchmarks.accuracy.paper_tables.page import page, tables
 from benchmarks.accuracy.paper_tables.paper import ELEMENTS, VARIANTS
 from benchmarks.accuracy.paper_tables.pictures import draw
@@ -28,7 +28,7 @@ COMM = MPI.COMM_WORLD
 def main() -> None:
     """Run everything, print the tables, write them and draw."""
     command.parser("benchmarks.accuracy.paper_tables", __doc__).parse_args()
-    runs = len(PROBLEMS) * (len(VARIANTS) * len(ELEMENTS) + 1) + 4
+    runs = len(PROBLEMS) * (len(VARIANTS) * len(ELEMENTS) + 1) + RUNS
     runs += len(VARIANTS) + len(REFINED) * len(REFINEMENTS) + len(choices())
     with progress("the paper's tables", runs) as begin:
         files = {bar_file(problem, RESULTS): readings for problem, readings in bars(begin).items()}

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 REFINEMENTS = {1: 658, 2: 2632, 3: 5922}  # of each cell's edges, and the cells that makes
 REFINED = (gx.Q1Q1, gx.Q1P0)  # the paper's own choice, and ours
 REFERENCE = gx.Q1P0
+COLLAPSING = (gx.Q1P0, gx.Q1sri)  # of which Remark 6.1 tells
 # Of the tables, by the CSV files of their texts.
 FEMUR_TITLES = {
     "femur": "Femur at t = 160: counts and mean densities of zones (g/cm³)",
@@ -33,6 +34,16 @@ FEMUR_TITLES = {
 def femur_problem(variant: gx.Variant, refine: int = 1) -> Discretisation:
     """The femur at t = 160."""
     return gx.solve(scenes.femur(refine=refine), variant).problem
+
+
+@cache
+def collapsed(variant: gx.Variant) -> Discretisation:
+    """The femur with m = 0 in its last good state; GrowthxError if it reaches its end, as the paper's does not."""
+    try:
+        gx.solve(scenes.femur(m=0.0), variant)
+    except gx.RunEndedEarly as ended:
+        return ended.result.problem
+    raise gx.GrowthxError(f"{variant.name} reached the end of a femur with m = 0, which Remark 6.1 says it cannot")
 
 
 def by_variant() -> dict[str, Discretisation]:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 VARIANTS = (gx.Q1Q1, gx.Q1)  # node-based and integration-point based, the cheapest of either
 STEP = 3  # of the march: what is left is large, and densities change
 TOLERANCE = 1e-14  # below what round-off leaves
+SCENES: dict[str, Callable[[], Scene]] = {"tapered bar": lambda: scenes.bar(CONTINUOUS, 40), "femur": scenes.femur}
+RUNS = len(SCENES) * len(VARIANTS)
+LEAST = 1e-15  # in the picture
 ROUND_OFF = 1e-12  # norms below it say nothing of an order
 
 
@@ -35,10 +38,6 @@ class Norm:
     time: float
     iteration: int
     norm: float
-
-
-def _scenes() -> dict[str, Scene]:
-    return {"tapered bar": scenes.bar(CONTINUOUS, 40), "femur": scenes.femur()}
 
 
 def newton_file(folder: Path) -> Path:
@@ -54,7 +53,8 @@ def read_norms(folder: Path = RESULTS) -> list[Norm]:
 def norms(begin: Callable[[str], None]) -> list[Norm]:
     """Of one step of each scene by each variant, with the full method."""
     found = []
-    for name, scene in _scenes().items():
+    for name, make in SCENES.items():
+        scene = make()
         for variant in VARIANTS:
             begin(f"Newton's method, {variant.name}, {name}")
             march = gx.march(scene, variant, tolerance=TOLERANCE, full_newton=True)
@@ -120,7 +120,8 @@ def draw_newton(found: list[Norm], path: Path) -> None:
             if scene == title:
                 axes.semilogy(range(len(sizes)), sizes, "o-", color=COLOURS[name], label=name)
                 axes.set_title(f"{scene}, t = {time:.3g}")
-        axes.axhspan(axes.get_ylim()[0], ROUND_OFF, color="0.94")
+        axes.axhspan(LEAST, ROUND_OFF, color="0.94")
+        axes.set_ylim(LEAST, 10)
         axes.set_xlabel("iteration")
         axes.xaxis.get_major_locator().set_params(integer=True)
         axes.grid(color="0.92")

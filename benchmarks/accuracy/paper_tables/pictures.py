@@ -7,7 +7,9 @@ from pathlib import Path
 from mpi4py import MPI
 
 from benchmarks.accuracy.paper_tables.bars import bar_problem
-from benchmarks.accuracy.paper_tables.femur import REFINED, by_mesh, by_variant
+from benchmarks.accuracy.paper_tables.elements import draw_elements
+from benchmarks.accuracy.paper_tables.femur import COLLAPSING, REFINED, by_mesh, by_variant, collapsed
+from benchmarks.accuracy.paper_tables.inputs import chosen
 from benchmarks.accuracy.paper_tables.newton import draw_newton, read_norms
 from benchmarks.accuracy.paper_tables.paper import ELEMENTS, VARIANTS
 from benchmarks.shared.pictures import blank
@@ -24,13 +26,17 @@ def draw(folder: Path = RESULTS) -> None:
     """All of them (collective)."""
     for name, problem in PROBLEMS.items():
         _draw_bars(problem, folder / f"bar_{name}.png")
+    draw_elements(folder / "elements.png")
     draw_newton(read_norms(folder), folder / "newton.png")
     femurs = by_variant()
     local = {name: each for name, each in femurs.items() if each.variant.density.local}
     nodal = {name: each for name, each in femurs.items() if name not in local}
     finer = {f"{each.name}, {label}": problem for each in REFINED for label, problem in by_mesh(each).items()}
     plots.densities(finer, folder / "femur_meshes.png", relative=True, scale=DENSITY, columns=3)
-    cells = {name: local.pop(name) for name in ("Q1P0",)}
+    collapses = {variant.name: collapsed(variant) for variant in COLLAPSING}
+    plots.densities(collapses, folder / "femur_collapse.png", relative=True, scale=DENSITY)
+    plots.density(chosen("stimulus"), folder / "femur_loads.png", relative=True, scale=DENSITY)
+    cells = {"Q1P0": local.pop("Q1P0")}
     plots.densities(nodal | cells, folder / "femur_nodes.png", relative=True, scale=DENSITY)
     plots.densities(local, folder / "femur_points.png", relative=True, scale=DENSITY)
     plots.densities(local, folder / "femur_smoothed.png", relative=True, scale=DENSITY, smoothed=True)
