@@ -4,7 +4,8 @@ an arcuate system, Ward's triangle, cortices and a canal (the paper's section 6)
     python demos/femur.py                       mpirun -n 2 python demos/femur.py
 
 Leaves tables on the terminal and, in results/femur (or the next free name), fields for ParaView, the history as CSV and
-a picture.  `growthx femur --help` tells what can be varied without editing this file.
+pictures of the density and of its relative change.  `growthx femur --help` tells what can be varied without editing
+this file.
 """
 
 import growthx as gx
@@ -23,7 +24,8 @@ def main():
     gx.report.times(result)
 
     gx.plots.density(result.problem, folder / "density.png", title="density (g/cm³)")
-    gx.report.say(result, f"fields, history and picture are in {folder}")
+    gx.plots.density(result.problem, folder / "change.png", relative=True, scale="density (g/cm³)")  # as the paper
+    gx.report.say(result, f"fields, history and pictures are in {folder}")
 
 
 if __name__ == "__main__":

@@ -35,10 +35,11 @@ def _bar(options: argparse.Namespace) -> Scene:
 
 
 def _read_bar(result: Result) -> Mapping[str, Any]:
-    from growthx.scenes.bar import end_displacement, midpoint_density_change
+    from growthx.scenes.bar import end_displacement, midpoint_axis_density_change, midpoint_density_change
 
     return {
         "midpoint_density_change": midpoint_density_change(result.problem),
+        "midpoint_axis_density_change": midpoint_axis_density_change(result.problem),
         "end_displacement": end_displacement(result.problem),
     }
 
@@ -46,7 +47,8 @@ def _read_bar(result: Result) -> Mapping[str, Any]:
 def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
     from growthx.cli import report
 
-    values = {name.replace("_", " "): readings[name] for name in ("midpoint_density_change", "end_displacement")}
+    names = ("midpoint_density_change", "midpoint_axis_density_change", "end_displacement")
+    values = {name.replace("_", " "): readings[name] for name in names}
     report.numbers(result, "bar", values, "", digits=6)  # as many as the paper prints
 
 

@@ -33,7 +33,8 @@ class SceneCommand:
     """A scene on the command line.
 
     build: the scene from the arguments.  read: what is read off the result for the JSON object, on all ranks.
-    show: tables for people.  by_gmsh: whether its mesh is gmsh's, which is imported before the clock starts.
+    show: tables for people.  drawn_in: unit of the density in its picture, None where there is no picture to be had.
+    by_gmsh: whether its mesh is gmsh's, which is imported before the clock starts.
     """
 
     name: str
@@ -42,6 +43,7 @@ class SceneCommand:
     build: Callable[[argparse.Namespace], Scene]
     read: Callable[[Result], Mapping[str, Any]]
     show: Callable[[Result, Mapping[str, Any]], None]
+    drawn_in: str | None = None
     by_gmsh: bool = True
 
 

@@ -146,5 +146,5 @@ def _show_femur(result: Result, readings: Mapping[str, Any]) -> None:
 
 
 FEMUR = SceneCommand(
-    "femur", "the proximal femur under daily loads", _femur_arguments, _femur, _read_femur, _show_femur
+    "femur", "the proximal femur under daily loads", _femur_arguments, _femur, _read_femur, _show_femur, "g/cm³"
 )

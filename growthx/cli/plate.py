@@ -37,5 +37,5 @@ def _show_plate(result: Result, readings: Mapping[str, Any]) -> None:
 
 
 PLATE = SceneCommand(
-    "plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate, by_gmsh=False
+    "plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate, "", by_gmsh=False
 )

@@ -10,6 +10,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from growthx.cli import picture
 from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
@@ -48,6 +49,8 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
     _add_checkpoints(parser)
+    if scene.drawn_in is not None:
+        picture.add_picture(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
 
@@ -69,6 +72,8 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     if options.bounds is not None:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     setup = time.perf_counter() - start
+    if command.drawn_in is not None:
+        picture.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:
@@ -104,6 +109,8 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         report.times(result)
         if posed is not None:
             report.say(result, f"{scene.name}: {posed}")
+    if command.drawn_in is not None:
+        picture.draw(options, result, command.drawn_in)
     return status
 
 

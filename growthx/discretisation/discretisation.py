@@ -240,9 +240,17 @@ class Discretisation:
         """See `Probes.reference_density_at`."""
         return self.probes.reference_density_at(X)
 
+    def density_changes_of_cells(self) -> Floats:
+        """See `Probes.density_changes_of_cells`."""
+        return self.probes.density_changes_of_cells()
+
     def sample_density(self, places: Floats) -> Floats:
         """See `Probes.sample_density`."""
         return self.probes.sample_density(places)
+
+    def sample_density_change(self, places: Floats) -> Floats:
+        """See `Probes.sample_density_change`."""
+        return self.probes.sample_density_change(places)
 
     def sample_growing(self, places: Floats) -> Floats:
         """See `Probes.sample_growing`."""

@@ -13,6 +13,7 @@ from growthx.common.arrays import is_uniform
 from growthx.common.errors import InputError
 from growthx.constitutive.growth import GrowthLaw
 from growthx.fem.assembly import assemble
+from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import as_places, cells_at
 
 if TYPE_CHECKING:
@@ -169,6 +170,11 @@ class Probes:
         reference = self._spaces.scene.material.reference_density
         return float(reference) if is_uniform(reference) else self._spaces.evaluate(self._material.reference_density, X)
 
+    def density_changes_of_cells(self) -> Floats:
+        """[ρ − ρ*]/ρ* of each owned cell's densities, ρ* where each of them is, shape (owned cells, densities)."""
+        points = interpolation_points(self._spaces.density_space.element)
+        return self._state.densities_of_cells() / self.reference_density_at(points) - 1
+
     def sample_density(self, places: Floats) -> Floats:
         """Density, raw as the variant knows it, at places in the body at rest, (places, dim) (collective).
 
@@ -176,12 +182,20 @@ class Probes:
         in functions of position that DOLFINx calls with coordinates x, of shape (3, places): `x.T` is fine.
         Raises InputError for places of another shape, or without finite coordinates.
         """
-        element, of_cells = self._spaces.density_space.ufl_element(), self._state.densities_of_cells()
+        return self._sample_densities(self._state.densities_of_cells(), places)
 
-        def density(cells: Indices, X: Floats) -> Floats:
-            return np.einsum("pd,pd->p", self._spaces.variant.density.shares(element, X), of_cells[cells])
+    def sample_density_change(self, places: Floats) -> Floats:
+        """[ρ − ρ*]/ρ* at places in the body at rest, as `sample_density`; between densities as the density is."""
+        return self._sample_densities(self.density_changes_of_cells(), places)
 
-        return self._sample(density, places, ())
+    def _sample_densities(self, of_cells: Floats, places: Floats) -> Floats:
+        """What is known as the densities are, (owned cells, densities of a cell), at places."""
+        element, density = self._spaces.density_space.ufl_element(), self._spaces.variant.density
+
+        def value(cells: Indices, X: Floats) -> Floats:
+            return np.einsum("pd,pd->p", density.shares(element, X), of_cells[cells])
+
+        return self._sample(value, places, ())
 
     def sample_growing(self, places: Floats) -> Floats:
         """One at places in the body at rest, (places, dim), where it grows, zero where not; NaN outside."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from growthx.common.arrays import is_uniform
 from growthx.common.checks import (
     check_picture,
     require_flag,
@@ -20,10 +21,12 @@ from growthx.common.checks import (
     require_number,
     require_whole,
 )
-from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all
+from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all, shown
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
+from growthx.post.colour_bars import WIDTH as BAR_WIDTH
+from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
 from growthx.post.display import display
 from growthx.post.smoothing import smoothed_density
 from growthx.post.subcells import Subcells, subcells, uniform
@@ -42,18 +45,6 @@ COLOUR_MAP = "viridis"  # reads the same with and without colour vision
 PICTURE_WIDTH = 1000  # pixels, of a picture of one body
 PANEL_WIDTH = 620  # … and of one of several
 TEXT_HEIGHT = 60  # pixels, above and below a body
-BAR_WIDTH = 220
-COLOUR_BAR = {
-    "vertical": True,
-    "color": "black",
-    "title_font_size": 24,
-    "label_font_size": 22,
-    "position_x": 0.2,
-    "position_y": 0.08,
-    "height": 0.45,
-    "width": 0.5,
-    "fmt": "%.2f",
-}
 ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINE_STYLES = ("-", "-.", ":")
@@ -65,8 +56,9 @@ def density(
     problem: Discretisation,
     path: str | os.PathLike[str],
     *,
-    title: str = "density",
+    title: str = "",
     relative: bool = False,
+    scale: str = "",
     smoothed: bool = False,
     magnification: float = 1.0,
     loads: bool = True,
@@ -74,26 +66,31 @@ def density(
     """Draw the density on the deformed shape of a plane body and save it, as the path's suffix says (see `IMAGES`).
 
     What does not grow is plain grey, as is said below the colours, and has no part in their range.
-    title: of the colour bar, with the unit.  relative: draw [ρ − ρ*]/ρ* instead.  magnification: of the displacement.
+    relative: draw [ρ − ρ*]/ρ* instead, as the paper does.  magnification: of the displacement.
+    title: of the colour bar, with the unit; default: what is drawn, without one.
+    scale: title of a second scale, of ρ, beside that of a relative change; none if empty.
     smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
     which is constant over the part of a cell that belongs to an integration point.
     loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
-    Raises InputError, before anything is drawn, for a picture that could not be written and for a body in space.
+    Raises InputError, before anything is drawn, for a picture that could not be written, for a body in space, and
+    for a second scale where nothing relative is drawn or ρ* is not the same everywhere.
     """
     require_problem(problem)
     require_flag(loads, "loads, of a picture,")
-    _check_look(title, relative, smoothed, magnification)
+    _check_look(title, relative, scale, smoothed, magnification)
     check_picture(path, IMAGES, problem.comm)
+    second = _second_scale([problem], scale)
     panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
-    _on_rank_0(problem, path, lambda: _draw({"": panel}, title, Path(path), 1, PICTURE_WIDTH))
+    _on_rank_0(problem, path, lambda: _draw({"": panel}, _named(title, relative), second, Path(path), 1, PICTURE_WIDTH))
 
 
 def densities(
     problems: Mapping[str, Discretisation],
     path: str | os.PathLike[str],
     *,
-    title: str = "density",
+    title: str = "",
     relative: bool = False,
+    scale: str = "",
     smoothed: bool = False,
     magnification: float = 1.0,
     columns: int = 4,
@@ -104,13 +101,14 @@ def densities(
     """
     require_problems(problems)
     require_whole(columns, "the number of columns")
-    _check_look(title, relative, smoothed, magnification)
+    _check_look(title, relative, scale, smoothed, magnification)
     first = next(iter(problems.values()))
     check_picture(path, IMAGES, first.comm)
+    second = _second_scale(list(problems.values()), scale)
     panels: dict[str, _Panel] = {
         label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
     }
-    _on_rank_0(first, path, lambda: _draw(panels, title, Path(path), columns, PANEL_WIDTH))
+    _on_rank_0(first, path, lambda: _draw(panels, _named(title, relative), second, Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
@@ -118,45 +116,75 @@ def along_length(
     path: str | os.PathLike[str],
     places: Floats,
     *,
+    relative: bool = False,
     exact: Mapping[str, Callable[[float], float]] | None = None,
 ) -> None:
     """Plot ρ over x at places along a bar, (places, dim), as each variant knows it (formats: `GRAPHS`).
 
     There are gaps where nothing grows.
 
-    problems: results by label.  exact: densities as functions of x by label, drawn as dashed lines.
+    problems: results by label.  relative: plot [ρ − ρ*]/ρ* instead, as the paper does.
+    exact: functions of x by label, of what is plotted, drawn as dashed lines.
     Raises InputError, before anything is drawn, for a picture that could not be written and for what are no places.
     """
     require_problems(problems)
+    require_flag(relative, "relative, of a picture,")
     if exact is not None:
         require_functions(exact, "the exact densities")
     first = next(iter(problems.values()))
     check_picture(path, GRAPHS, first.comm)
-    curves = {label: problem.sample_density(places) for label, problem in problems.items()}
+    curves = {
+        label: problem.sample_density_change(places) if relative else problem.sample_density(places)
+        for label, problem in problems.items()
+    }
     for label, problem in problems.items():
         if problem.rests:
             curves[label][problem.sample_growing(places) == 0] = np.nan
     x = np.asarray(places)[:, 0]
     if not len(x):
         raise InputError("there are no places to plot a density at: two or more along a line would be right")
-    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, Path(path)))
+    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, _named("", relative), Path(path)))
 
 
-def _check_look(title: str, relative: bool, smoothed: bool, magnification: float) -> None:
+def _named(title: str, relative: bool) -> str:
+    """The title that was asked for, or else what is drawn."""
+    return title or ("[ρ − ρ*]/ρ*" if relative else "density")
+
+
+def _check_look(title: str, relative: bool, scale: str, smoothed: bool, magnification: float) -> None:
     """Refuse what says nothing of how to draw."""
     require_kind(title, str, "the title of a picture", "a text")
     require_flag(relative, "relative, of a picture,")
+    require_kind(scale, str, "the title of a second scale", "a text")
+    if scale and not relative:
+        raise InputError(f"the second scale {scale!r} is for relative changes: with relative=True it would be right")
     require_flag(smoothed, "smoothed, of a picture,")
     require_number(magnification, "the magnification of the displacement", "a finite number", lambda _: True)
 
 
-def _plot(curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], path: Path) -> None:
+def _second_scale(problems: list[Discretisation], title: str) -> tuple[str, float] | None:
+    """The title, and the ρ* that all bodies have everywhere; None for no title."""
+    if not title:
+        return None
+    found = [problem.scene.material.reference_density for problem in problems]
+    for each in found:
+        if not is_uniform(each) or each != found[0]:
+            raise InputError(
+                f"the second scale {title!r} is of densities whose ρ* are {shown(found[0])} and {shown(each)}: one "
+                "number that all bodies have everywhere would be right"
+            )
+    return title, float(found[0])
+
+
+def _plot(
+    curves: Mapping[str, Floats], x: Floats, exact: Mapping[str, Callable[[float], float]], title: str, path: Path
+) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot(xlabel="position along the bar", ylabel="density")
+    axes = figure.add_subplot(xlabel="position along the bar", ylabel=title)
     looks = zip(cycle(LINE_COLOURS), (style for style in cycle(LINE_STYLES) for _ in LINE_COLOURS), strict=False)
     for (label, rho), (colour, style) in zip(curves.items(), looks, strict=False):
         axes.plot(x, rho, style, label=label, color=colour, linewidth=1.5)
@@ -229,10 +257,8 @@ def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification
         raise InputError(
             f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
         )
-    parts, values = _values(problem, smoothed)
+    parts, values = _values(problem, relative, smoothed)
     at_corners = smoothed or not problem.variant.density.local
-    if relative:
-        values = values / problem.reference_density_at(parts.X if at_corners else parts.middles) - 1
     reference = positions(mesh, parts.X)
     deformed = reference.copy()
     deformed[:, :, :2] += magnification * problem.displacement_at(parts.X)
@@ -242,19 +268,19 @@ def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification
     return _Body(at_rest, shape, parts, known, at_corners)
 
 
-def _values(problem: Discretisation, smoothed: bool) -> tuple[Subcells, Floats]:
-    """Pieces of a cell, and the density of each owned cell's pieces or, where it is continuous, of their corners."""
-    cell_name, space = problem.scene.mesh.cell_name, problem.density_space
+def _values(problem: Discretisation, relative: bool, smoothed: bool) -> tuple[Subcells, Floats]:
+    """Pieces of a cell, and what is drawn of each owned cell's pieces or, where it is continuous, at their corners."""
+    cell_name, space, density = problem.scene.mesh.cell_name, problem.density_space, problem.variant.density
+    of_cells = problem.density_changes_of_cells() if relative else problem.densities_of_cells()
     if smoothed:
-        smooth = smoothed_density(problem)
+        smooth = smoothed_density(problem, of_cells=of_cells)
         cells = len(problem.scene.mesh.owned_cells)
         return uniform(cell_name, 1), smooth.x.array[smooth.function_space.dofmap.list[:cells]]
-    if problem.variant.density.local:
-        points = interpolation_points(space.element)
-        parts = subcells(cell_name, points)
-        return parts, problem.density_at(points)[:, parts.points]
+    if density.local:
+        parts = subcells(cell_name, interpolation_points(space.element))
+        return parts, of_cells[:, parts.points]
     parts = uniform(cell_name, 1 if space.element.basix_element.degree == 1 else ROUGH)
-    return parts, problem.density_at(parts.X)
+    return parts, of_cells @ density.shares(space.ufl_element(), parts.X).T
 
 
 def _arrows(problem: Discretisation) -> list[Arrow]:
@@ -280,8 +306,13 @@ def _check_entries(arrow: Arrow, place: str, dim: int) -> None:
             )
 
 
-def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, width: int) -> None:
-    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar."""
+def _draw(
+    panels: Mapping[str, _Panel], title: str, reference: tuple[str, float] | None, path: Path, columns: int, width: int
+) -> None:
+    """Draw panels of that width (pixels) in a grid, in one range of colours and one scale, beside their colour bar.
+
+    reference: title of a second scale, of the density that changes, and its ρ*; None for no such scale.
+    """
     import pyvista
 
     columns = min(columns, len(panels))
@@ -290,10 +321,13 @@ def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, wi
     proportion = max(height / across for across, height in (body.extent() for body in bodies))
     height = round(width * min(2.0, max(0.5, proportion))) + 2 * TEXT_HEIGHT
     limits = min(np.nanmin(body.values) for body in bodies), max(np.nanmax(body.values) for body in bodies)
+    scales = [Scale(title, *limits)]
+    if reference is not None:
+        scales.append(Scale(reference[0], *(reference[1] * (1 + limit) for limit in limits)))
     options = {
-        "window_size": (columns * width + BAR_WIDTH, rows * height),
+        "window_size": (columns * width + len(scales) * BAR_WIDTH, rows * height),
         "shape": (rows, columns + 1),
-        "col_weights": [width] * columns + [BAR_WIDTH],
+        "col_weights": [width] * columns + [len(scales) * BAR_WIDTH],
         "groups": [(slice(None), columns)],
         "border": False,
     }
@@ -305,17 +339,14 @@ def _draw(panels: Mapping[str, _Panel], title: str, path: Path, columns: int, wi
             outline, mapper = _add_body(plotter, body, title, limits)
             if legend := _add_arrows(plotter, outline, arrows):
                 size = (0.4, 0.03 * len(legend))
-                plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+                box = plotter.add_legend(legend, bcolor="white", face="rectangle", size=size, loc="upper left")
+                write_in_greek(box.GetEntryTextProperty())
             if label:
-                plotter.add_text(label, position="upper_left", color="black", font_size=14)
+                plotter.add_text(label, position="upper_left", color="black", font_size=14, font_file=font())
         _look_from_above(plotter, list(np.ndindex(rows, columns))[: len(panels)], (width, height - 2 * TEXT_HEIGHT))
         plotter.subplot(0, columns)
-        title = f"{title}\n"  # a line clear between title and bar
         rests = any(np.isnan(body.values).any() for body in bodies)
-        bar = plotter.add_scalar_bar(mapper=mapper, title=title, nan_annotation=rests, **COLOUR_BAR)
-        bar.SetNanAnnotation("")  # there is no room beside it
-        if rests:
-            plotter.add_text("does not grow", (0.1, 0.04), color="black", font_size=11, viewport=True)
+        add_colour_bars(plotter, mapper, scales, rests)
         plotter.screenshot(str(path))
 
 

@@ -33,11 +33,6 @@ class Subcells:
     pieces: Indices
     points: Indices
 
-    @property
-    def middles(self) -> Floats:
-        """Means of the pieces' corners, shape (pieces, dim)."""
-        return np.asarray(self.X[self.pieces].mean(axis=1))
-
 
 def subcells(cell_name: str, points: Floats) -> Subcells:
     """Pieces of a cell, one for each of its integration points, (points, dim).

@@ -115,13 +115,26 @@ def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
 
 def midpoint_density_change(discretisation: Discretisation) -> float:
     """[ρ − ρ*]/ρ* at mid-length: in the cell to the right of x = 0.5, in the outermost row, nearest to x = 0.5."""
+    return _beside_mid_length(discretisation, lambda y: y)
+
+
+def midpoint_axis_density_change(discretisation: Discretisation) -> float:
+    """[ρ − ρ*]/ρ* at mid-length: in the cell to the right of x = 0.5, nearest to x = 0.5, and there to the axis.
+
+    The paper reads Q2Q2 so in places.  It is `midpoint_density_change` where the cell has no row nearer to the axis.
+    """
+    return _beside_mid_length(discretisation, lambda y: (abs(y), y))
+
+
+def _beside_mid_length(discretisation: Discretisation, order: Callable[[float], Any]) -> float:
+    """[ρ − ρ*]/ρ* right of mid-length at the density nearest to it; of several, the first in an order of their y."""
     mesh, space = discretisation.scene.mesh, discretisation.density_space
     places = discretisation.density_positions()
     found = []
     for cell in mesh.owned_cells[_right_of_middle(mesh)]:
         for dof in space.dofmap.list[cell]:
             x, y, _ = places[dof]
-            found.append((round(abs(x - 0.5), 9), round(y, 9), float(discretisation.density.x.array[dof])))
+            found.append((round(abs(x - 0.5), 9), order(round(y, 9)), float(discretisation.density.x.array[dof])))
     density = min(entry for entries in mesh.comm.allgather(found) for entry in entries)[2]
     return density / discretisation.scene.material.reference_density - 1
 

@@ -20,7 +20,24 @@ from growthx.common.errors import EndedEarly, OutputError
 COUNTS = ["10", "20", "0", "-3", "1e3", "x", "", "9" * 30, "9" * 5000, "nan", "2.5", "١٠", "0x10", " 10 ", "1_0"]
 NUMBERS = ["0", "-1", "1", "0.5", "nan", "inf", "-inf", "1e400", "1e-400", "1e300", "-0.0", "1e-9", "", "x", "1,5", "٣"]
 WORDS = [
-    *("", " ", "-", "--", "%s", "{0}", "line\nbreak", "nul\0l", "\udcff", "Ψ₀", "x" * 2000, "--no-such", "-h", "--out"),
+    *(
+        "",
+        " ",
+        "-",
+        "--",
+        "%s",
+        "{0}",
+        "line\nbreak",
+        "nul\0l",
+        "\udcff",
+        "Ψ₀",
+        "x" * 2000,
+        "--no-such",
+        "-h",
+        "--help",
+        "--out",
+        "--relative",
+    ),
     *("Q1", "q1p0", "Q7", "P1", "triangle", "quadrilateral", "hexahedron", "average", "superposed", "stimulus", "all"),
     *("discontinuous", "continuous", "tr-bdf2", "implicit-euler", "euler", "missing.msh", "/", "/dev/null", "bar.geo"),
 ]
@@ -31,7 +48,8 @@ OPTIONS = {
     ),
     "--size": st.sampled_from(["8", "9", "1e9", *(number for number in NUMBERS if number not in ("1", "0.5"))]),
     **dict.fromkeys(
-        ("--problem", "--cells", "--loads", "--mesh", "--zones", "--variant", "--scheme"), st.sampled_from(WORDS)
+        ("--problem", "--cells", "--loads", "--mesh", "--zones", "--variant", "--scheme", "--picture"),
+        st.sampled_from(WORDS),
     ),
 }
 PAIRS = st.sampled_from(sorted(OPTIONS)).flatmap(lambda name: st.tuples(st.just(name), OPTIONS[name]))

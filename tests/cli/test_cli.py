@@ -68,7 +68,10 @@ COMMON = {
 @pytest.mark.parametrize(
     ("arguments", "own"),
     [
-        (["bar", "--elements", "10", "--variant", "q1q1"], {"midpoint_density_change", "end_displacement"}),
+        (
+            ["bar", "--elements", "10", "--variant", "q1q1"],
+            {"midpoint_density_change", "midpoint_axis_density_change", "end_displacement"},
+        ),
         (
             ["femur", "--size", "8", "--until", "8", "--variant", "Q1"],
             {"zones", "bone", "head", "insertion", "lean", "loads"},
@@ -160,6 +163,17 @@ def test_every_variant_runs_by_its_name(name, dofs, points, found):
     assert bar["converged"] is True and bar["end_displacement"] == pytest.approx(2.37, abs=0.005)
 
 
+def test_the_bar_is_read_at_the_edge_and_on_the_axis(found, in_process):
+    """Both readings of the paper's Q2Q2, in the object and in the table: they differ in the third digit."""
+    arguments = ("bar", "--problem", "continuous", "--elements", 10, "--variant", "Q2Q2")
+    bar = found(*arguments)
+    assert bar["midpoint_density_change"] == pytest.approx(0.528429, abs=1e-6)
+    assert bar["midpoint_axis_density_change"] == pytest.approx(0.527441, abs=1e-6)
+    _, out, _ = in_process(*arguments)
+    assert re.search(r"midpoint density change +│ 0\.528429", out)
+    assert re.search(r"midpoint axis density change +│ 0\.527441", out)
+
+
 def test_the_default_variant_follows_the_cells(found):
     """Q1P0 or P1P0, on each scene: nobody who asks for triangles should have to know a second word for it."""
     for arguments in (["bar", "--elements", 10], ["plate", "--n", 2], ["femur", "--size", 9, "--until", 4]):
@@ -174,6 +188,49 @@ def test_counts_of_the_paper(found):
     femur = found("femur", "--mesh", MESHES / "femur_658.msh", "--variant", "Q1Q1", "--until", 4)
     assert (femur["cells"], femur["dofs"], femur["points"]) == (658, 2175, 4 * 658)
     assert found("femur", "--refine", 2, "--until", 4)["cells"] == 2632
+
+
+def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, monkeypatch):
+    """Density in its unit, or the relative change as in the paper: the values are drawn, and the colour bar says so."""
+    from growthx.post import plots
+
+    seen, draw = [], plots._draw
+
+    def watched(panels, title, reference, *rest):
+        (body, _), *_ = panels.values()
+        seen.append(((title, reference), body.values))
+        draw(panels, title, reference, *rest)
+
+    monkeypatch.setattr(plots, "_draw", watched)
+    arguments = ("femur", "--size", 9, "--until", 8)
+    for options in ((), ("--relative",)):
+        status, out, err = in_process(*arguments, "--picture", "femur.png", *options)
+        assert status == 0, err
+        assert out.count("the picture is femur.png") == 1
+        assert (tmp_path / "femur.png").stat().st_size > 10_000
+        (tmp_path / "femur.png").unlink()
+    (density, rho), (change, relative) = seen
+    assert density == ("density (g/cm³)", None)
+    assert change == ("[ρ − ρ*]/ρ*", ("density (g/cm³)", 1.2))
+    assert relative == pytest.approx(rho / 1.2 - 1, abs=1e-12) and relative.max() - relative.min() > 0.01
+    status, out, _ = in_process("plate", "--n", 2, "--picture", "plate.png", "--json")
+    assert json.loads(out)["converged"] and (tmp_path / "plate.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("femur", "--relative"), "--relative is of a picture, and none is asked for: with --picture FILE would be"),
+        (("femur", "--picture", "a.vtu"), "the picture a.vtu has the suffix '.vtu': one of .png"),
+        (("femur", "--picture", "none/a.png"), "the picture none/a.png is to be in the folder none, which is not th"),
+        (("bar", "--relative"), "unrecognized arguments: --relative"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn_are_refused_before_the_run(arguments, sentence, in_process, monkeypatch):
+    """A word too much, or a name that no picture can have, is said at once, not after the run."""
+    monkeypatch.setattr("growthx.run.solve", lambda *arguments, **options: pytest.fail("the run has begun"))
+    status, out, err = in_process(*arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1) and sentence in err
 
 
 @pytest.fixture

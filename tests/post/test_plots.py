@@ -40,11 +40,11 @@ def test_picture_has_body_colours_and_background(problem, shared_folder):
 
 def test_values_drawn_are_those_of_the_variant(problem):
     """Raw values are drawn: each integration point's on its own part of the cell, and no averages."""
-    parts, values = plots._values(problem, smoothed=False)
+    parts, values = plots._values(problem, relative=False, smoothed=False)
     assert len(parts.pieces) == PIECES[problem.variant.name]
     drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
     assert drawn == pytest.approx(problem.density_range(), rel=1e-14)
-    at = parts.middles if problem.variant.density.local else parts.X
+    at = parts.X[parts.pieces].mean(axis=1) if problem.variant.density.local else parts.X
     assert values == pytest.approx(problem.density_at(at), rel=1e-14)
 
 
@@ -52,7 +52,7 @@ def test_smoothed_values_are_those_of_the_smoothed_density(problem):
     """One value for each corner of a cell, the same in all cells around it."""
     from growthx.post.smoothing import smoothed_density
 
-    parts, values = plots._values(problem, smoothed=True)
+    parts, values = plots._values(problem, relative=False, smoothed=True)
     assert len(parts.pieces) == 1
     smooth = smoothed_density(problem).x.array
     drawn = COMM.allreduce(float(values.min()), MPI.MIN), COMM.allreduce(float(values.max()), MPI.MAX)
@@ -69,6 +69,89 @@ def test_relative_change_is_drawn_with_the_reference_of_its_place():
     problem = gx.solve(block(square(4), material=material, growth=still), gx.Q1).problem
     body = plots._body(problem, relative=True, smoothed=False, magnification=1.0)
     assert body.values == pytest.approx(np.zeros(body.values.shape), abs=1e-14)
+
+
+def halves(variant, **start):
+    """A square with two references, at rest."""
+    from blocks import block, square
+
+    material = gx.Material(young=1.0, reference_density={"bone": 1.0, "implant": 2.0})
+    return gx.discretise(block(square(4), material=material, **start), variant)
+
+
+@pytest.mark.parametrize("smoothed", [False, True], ids=["raw", "smoothed"])
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q2, gx.S2fri], ids=lambda variant: variant.name)
+def test_changes_at_the_border_of_two_references(variant, smoothed):
+    """Changes are averaged there, not densities: where ρ = 1.5 ρ* on either side, nothing but 0.5 is drawn."""
+    problem = halves(variant, initial_density={"bone": 1.5, "implant": 3.0})
+    _, values = plots._values(problem, relative=True, smoothed=smoothed)
+    assert values == pytest.approx(np.full(values.shape, 0.5), abs=1e-12)
+
+
+def test_a_continuous_density_changes_on_either_side_of_two_references():
+    """It cannot jump with ρ*, and its change does: each cell draws the one of its own side, at the border, too."""
+    _, values = plots._values(halves(gx.Q1Q1, initial_density=3.0), relative=True, smoothed=False)
+    assert np.ptp(values, axis=1).max(initial=0.0) < 1e-12
+    drawn = {value for part in COMM.allgather(values.round(12).ravel().tolist()) for value in part}
+    assert drawn == {0.5, 2.0}
+
+
+def test_changes_along_a_line(shared_folder, monkeypatch):
+    """What is plotted is [ρ − ρ*]/ρ* with the ρ* of its place, under that name, and the densities' own name else."""
+    problem = halves(gx.Q1, initial_density={"bone": 1.2, "implant": 3.0})
+    seen = []
+    monkeypatch.setattr(plots, "_plot", lambda curves, x, exact, title, path: seen.append((curves["a"], title)))
+    for relative in (True, False):
+        plots.along_length({"a": problem}, shared_folder / "a.png", [[0.1, 0.4], [0.9, 0.4]], relative=relative)
+    if COMM.rank == 0:
+        assert seen[0][0] == pytest.approx([0.2, 0.5], rel=1e-12) and seen[0][1] == "[ρ − ρ*]/ρ*"
+        assert seen[1][0] == pytest.approx([1.2, 3.0], rel=1e-12) and seen[1][1] == "density"
+
+
+def test_a_colour_bar_says_what_is_drawn(shared_folder, monkeypatch):
+    """A change under the title of a density would be read as one; a title that was asked for is taken."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1)
+    seen = []
+    monkeypatch.setattr(plots, "_draw", lambda panels, title, *rest: seen.append(title))
+    for options in ({}, {"relative": True}, {"relative": True, "title": "growth"}):
+        plots.density(problem, shared_folder / "a.png", **options)
+        plots.densities({"one": problem}, shared_folder / "a.png", **options)
+    names = ["density", "[ρ − ρ*]/ρ*", "growth"]
+    assert COMM.rank > 0 or seen == [name for name in names for _ in range(2)]
+
+
+def test_a_second_scale_tells_the_density_of_the_same_colours(shared_folder, monkeypatch):
+    """Its ends are ρ* (1 + change) of the first one's; where ρ* varies no such scale could be right."""
+    problem = gx.solve(gx.scenes.plate(2), gx.Q1).problem
+    seen = []
+    monkeypatch.setattr(plots, "add_colour_bars", lambda plotter, mapper, scales, rests: seen.append(scales))
+    plots.density(problem, shared_folder / "a.png", relative=True, scale="density")
+    if COMM.rank == 0:
+        (change, density), low, high = *seen, *problem.density_range()
+    else:
+        problem.density_range()
+        return
+    assert (density.title, change.title) == ("density", "[ρ − ρ*]/ρ*")
+    assert (density.low, density.high) == pytest.approx((low, high), rel=1e-12)
+    assert (change.low, change.high) == pytest.approx((low - 1, high - 1), rel=1e-12)
+
+
+def test_a_second_scale_of_several_references_is_refused(shared_folder):
+    """Within a body, or between bodies."""
+    varied, one = halves(gx.Q1, initial_density=1.5), gx.discretise(gx.scenes.plate(2), gx.Q1)
+    for problems in ({"a": varied}, {"a": one, "b": varied}, {"a": one, "b": gx.discretise(gx.scenes.femur(), gx.Q1)}):
+        with pytest.raises(gx.InputError, match="one number that all bodies have everywhere would be right"):
+            plots.densities(problems, shared_folder / "a.png", relative=True, scale="density")
+
+
+def test_greek_letters_are_drawn(shared_folder):
+    """In titles and in the texts above panels: VTK's own fonts leave them out, and two names look alike."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1)
+    for name, title, label in (("none", "", "Q"), ("title", "Ψ₀", "Q"), ("other", "ρρ", "Q"), ("label", "ρρ", "Qρ")):
+        plots.densities({label: problem}, shared_folder / f"{name}.png", title=title)
+    COMM.barrier()
+    images = [matplotlib.image.imread(shared_folder / f"{name}.png") for name in ("none", "title", "other", "label")]
+    assert all((one != other).any() for i, one in enumerate(images) for other in images[:i])
 
 
 def test_several_bodies_in_one_picture(shared_folder):
@@ -146,7 +229,16 @@ def test_pictures_that_could_not_be_written_are_refused_before(path, sentence, s
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        *(("title", 5), ("title", None), ("relative", 1), ("smoothed", "no"), ("loads", 0)),
+        *(
+            ("title", 5),
+            ("title", None),
+            ("scale", 5),
+            ("scale", None),
+            ("scale", "g/cm³"),
+            ("relative", 1),
+            ("smoothed", "no"),
+            ("loads", 0),
+        ),
         *(("magnification", "x"), ("magnification", np.nan), ("magnification", None)),
         *(("columns", 0), ("columns", -1), ("columns", 1.5), ("columns", "2"), ("columns", True)),
         *(("problems", {}), ("problems", []), ("problems", {"a": 3}), ("problems", {1: 2}), ("problem", "Q1")),

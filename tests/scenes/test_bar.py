@@ -9,7 +9,15 @@ from blocks import COMM, gathered
 import growthx as gx
 from growthx.common.errors import InputError
 from growthx.meshing.fields import per_cell
-from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar, end_displacement, equilibrium, midpoint_density_change
+from growthx.scenes.bar import (
+    CONTINUOUS,
+    DISCONTINUOUS,
+    bar,
+    end_displacement,
+    equilibrium,
+    midpoint_axis_density_change,
+    midpoint_density_change,
+)
 
 LEVELS = [2.0, 1.75, 1.5, 1.25, 1.0, 1.0, 1.25, 1.5, 1.75, 2.0]
 
@@ -130,6 +138,22 @@ def test_density_is_read_in_the_outermost_row():
     discretised = gx.discretise(bar(CONTINUOUS, 10), gx.Q1)
     discretised.density.interpolate(lambda x: 1 + np.where(x[1] < 0, 0.25, 0.75))
     assert midpoint_density_change(discretised) == pytest.approx(0.25, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("variant", "edge", "axis"),
+    [(gx.Q2Q2, 0.75, 0.25), (gx.Q2, 0.75, 0.25), (gx.Q1Q1, 0.75, 0.75), (gx.S2fri, 0.75, 0.75), (gx.Q1P0, 0.25, 0.25)],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_density_on_the_axis(variant, edge, axis):
+    """A second reading, of three rows the inner one, in the same cell and column; of two or one there is no other."""
+    discretised = gx.discretise(bar(CONTINUOUS, 10), variant)
+    middle = 1e-6 if variant is not gx.Q1P0 else 1.0
+    discretised.density.interpolate(lambda x: 1 + np.where(abs(x[1]) < middle, 0.25, 0.75))
+    assert midpoint_density_change(discretised) == pytest.approx(edge, abs=1e-12)
+    assert midpoint_axis_density_change(discretised) == pytest.approx(axis, abs=1e-12)
+    discretised.density.interpolate(lambda x: 1 + x[0])
+    assert midpoint_axis_density_change(discretised) == pytest.approx(midpoint_density_change(discretised), abs=1e-12)
 
 
 @pytest.mark.parametrize("variant", [gx.Q1Q1, gx.Q1P0], ids=lambda variant: variant.name)

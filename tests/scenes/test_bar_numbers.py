@@ -9,7 +9,14 @@ from blocks import gathered
 import growthx as gx
 from growthx import scenes
 from growthx.discretisation.variants import CATALOGUE
-from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, end_displacement, equilibrium, midpoint_density_change
+from growthx.scenes.bar import (
+    CONTINUOUS,
+    DISCONTINUOUS,
+    end_displacement,
+    equilibrium,
+    midpoint_axis_density_change,
+    midpoint_density_change,
+)
 
 MESHES = (10, 40, 100)
 # The paper's discontinuous bar: density change at mid-length and end displacement, each for 10, 40 and 100 elements.
@@ -94,6 +101,18 @@ def test_mean_and_midpoint_differ_as_in_the_paper():
     mean, midpoint = (numbers(DISCONTINUOUS, 40, variant) for variant in (gx.Q1P0, gx.Q1sri))
     assert midpoint[1] - mean[1] == pytest.approx(2.37135 - 2.37122, abs=2 * DIGIT["displacement"])
     assert (mean[0], midpoint[0]) == pytest.approx((0.306185, 0.306168), abs=2e-5)
+
+
+@pytest.mark.parametrize(("elements", "paper"), [(10, 0.527441), (40, 0.527699)])
+def test_the_papers_q2q2_is_read_on_the_axis_of_the_tapered_bar(elements, paper):
+    """To every digit, where the edge has 0.001 and 0.004 more; at 100 elements the paper reads the edge, to every one.
+
+    Two rows of other elements know no axis: there both readings are one.
+    """
+    assert midpoint_axis_density_change(solved(CONTINUOUS, elements, gx.Q2Q2)) == pytest.approx(paper, abs=5.1e-7)
+    assert midpoint_density_change(solved(CONTINUOUS, 100, gx.Q2Q2)) == pytest.approx(0.534161, abs=5.1e-7)
+    other = solved(CONTINUOUS, elements, gx.S2fri)
+    assert midpoint_axis_density_change(other) == pytest.approx(midpoint_density_change(other), abs=1e-9)
 
 
 DOFS = {

@@ -7,78 +7,43 @@ Prints tables and leaves them as CSV and Markdown, with pictures, in benchmarks/
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
 from mpi4py import MPI
 
 import growthx as gx
-from benchmarks.accuracy.paper_tables.bars import ELEMENTS, VARIANTS, Reading, bar_file, draw_bars, reading
-from benchmarks.accuracy.paper_tables.femur import FEMUR_TITLES, REFINEMENTS, femur_problem, femur_table
+from benchmarks.accuracy.paper_tables.bars import bar_file, bars
+from benchmarks.accuracy.paper_tables.femur import REFINED, REFINEMENTS, run_femurs
+from benchmarks.accuracy.paper_tables.inputs import choices, run_inputs
+from benchmarks.accuracy.paper_tables.nearest import all_readings, readings_file
+from benchmarks.accuracy.paper_tables.newton import RUNS, newton_file, norms
 from benchmarks.accuracy.paper_tables.page import page, tables
+from benchmarks.accuracy.paper_tables.paper import ELEMENTS, VARIANTS
+from benchmarks.accuracy.paper_tables.pictures import draw
 from benchmarks.shared import command
-from benchmarks.shared.reporting import RESULTS, progress, write_csv, write_rows
-from growthx import plots
+from benchmarks.shared.reporting import RESULTS, progress, write_rows
 from growthx.scenes.bar import PROBLEMS
 
-if TYPE_CHECKING:
-    from growthx.discretisation.discretisation import Discretisation
-
 COMM = MPI.COMM_WORLD
-
-
-def bars(begin: Callable[[str], None]) -> dict[str, list[Reading]]:
-    """Readings of both bars, by the names of their problems."""
-    found: dict[str, list[Reading]] = {problem.name: [] for problem in PROBLEMS.values()}
-    for problem in PROBLEMS.values():
-        for variant in VARIANTS:
-            for elements in ELEMENTS:
-                begin(f"{variant.name}, {elements} elements, {problem.name}")
-                found[problem.name].append(reading(problem, elements, variant))
-    return found
-
-
-def femurs(begin: Callable[[str], None]) -> tuple[dict[str, Discretisation], dict[str, Discretisation]]:
-    """The femur in all discretisations, and on all meshes."""
-    by_variant, by_mesh = {}, {}
-    for variant in VARIANTS:
-        begin(f"{variant.name}, femur")
-        by_variant[variant.name] = femur_problem(variant)
-    for refine, cells in REFINEMENTS.items():
-        begin(f"Q1P0, femur of {cells} cells")
-        by_mesh[f"{cells} cells"] = femur_problem(gx.Q1P0, refine)
-    return by_variant, by_mesh
-
-
-def draw(by_variant: dict[str, Discretisation], by_mesh: dict[str, Discretisation]) -> None:
-    """All pictures of the page."""
-    for problem in PROBLEMS.values():
-        draw_bars(problem, RESULTS / f"bar_{problem.name}.png")
-    local = {name: problem for name, problem in by_variant.items() if problem.variant.density.local}
-    unit = "density (g/cm³)"
-    plots.densities(by_variant, RESULTS / "femur_raw.png", title=unit)
-    plots.densities(local, RESULTS / "femur_smoothed.png", title=unit, smoothed=True, columns=5)
-    plots.densities(by_mesh, RESULTS / "femur_meshes.png", title=unit)
 
 
 def main() -> None:
     """Run everything, print the tables, write them and draw."""
     command.parser("benchmarks.accuracy.paper_tables", __doc__).parse_args()
-    runs = len(PROBLEMS) * len(VARIANTS) * len(ELEMENTS) + len(VARIANTS) + len(REFINEMENTS)
+    runs = len(PROBLEMS) * (len(VARIANTS) * len(ELEMENTS) + 1) + RUNS
+    runs += len(VARIANTS) + len(REFINED) * len(REFINEMENTS) + len(choices())
     with progress("the paper's tables", runs) as begin:
-        readings = bars(begin)
-        by_variant, by_mesh = femurs(begin)
-    comparisons = femur_table(by_variant, "Q1P0"), femur_table(by_mesh, f"{REFINEMENTS[1]} cells")
+        files = {bar_file(problem, RESULTS): readings for problem, readings in bars(begin).items()}
+        files[readings_file(RESULTS)] = all_readings(begin)
+        files[newton_file(RESULTS)] = norms(begin)
+        run_femurs(begin)
+        run_inputs(begin)
     if COMM.rank == 0:
-        for problem in PROBLEMS.values():
-            write_rows(bar_file(problem, RESULTS), readings[problem.name])
-        for name, (header, rows) in zip(FEMUR_TITLES, comparisons, strict=True):
-            write_csv(RESULTS / f"{name}.csv", header, rows)
+        for file, rows in files.items():
+            write_rows(file, rows)
     COMM.barrier()
     for table in tables():
         table.show()
     command.write_page(RESULTS, "paper_tables", page())
-    draw(by_variant, by_mesh)
+    draw()
 
 
 if __name__ == "__main__":
