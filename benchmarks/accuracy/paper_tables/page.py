@@ -86,8 +86,8 @@ As by `growthx femur --refine 2` and `--refine 3`:
 ![The femur on finer meshes](femur_meshes.png)
 
 With m = 0 (Remark 6.1, Fig. 12) the runs end by themselves. In their last good states cells have emptied while the
-cortex goes on to grow; checkerboards are not to be seen on this mesh. [How each element ends](stability.md) is told
-elsewhere.
+cortex goes on to grow; checkerboards are not to be seen yet. Between bounds the runs go on to a field of zeros, ones
+and checkerboards: [the page on the remark](zero_one.md).
 
 ![The femur with m = 0 in its last good state](femur_collapse.png)
 """,
