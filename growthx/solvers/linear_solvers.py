@@ -1,6 +1,6 @@
 """The linear systems of Newton's method: which of PETSc's solvers fits a problem, by its kind and size.
 
-small: a factorisation, Cholesky where the tangent is symmetric – on one rank in single precision, which is enough to
+small: a factorisation, Cholesky where the tangent is symmetric – in single precision, which is enough to
 steer Newton's method by, see `single_factor` – else LU;
 large: Krylov's methods with algebraic multigrid (GAMG), which knows of the rigid motions, for the displacement:
     conjugate gradients   densities eliminated, tangent symmetric
