@@ -9,6 +9,7 @@ import dolfinx
 import numpy as np
 import ufl
 
+from growthx.common.communicators import steady
 from growthx.fem import kernels
 from growthx.fem.assembly import assemble
 from growthx.fem.cells import SIMPLICES
@@ -59,9 +60,7 @@ def node_shares(domain: dolfinx.mesh.Mesh, degree: int = 1) -> dolfinx.fem.Funct
     gauss, nodes = (assemble(kernels.form(test * measure)) for measure in (volume, at_nodes(volume, degree)))
     rows = gauss.reshape(-1, space.dofmap.dof_layout.num_dofs)
     wrong = rows.min(axis=1) <= 0
-    if degree > 1 and domain.comm.allreduce(int(np.count_nonzero(wrong))):
-        one = dolfinx.fem.Function(space)
-        one.x.array[:] = 1.0
+    if degree > 1 and steady(domain.comm).allreduce(int(np.count_nonzero(wrong))):
         squares = _diagonal(space, volume).reshape(rows.shape)
         scaled = squares * (rows.sum(axis=1) / squares.sum(axis=1))[:, np.newaxis]
         gauss = np.where(wrong[:, np.newaxis], scaled, rows).ravel()
