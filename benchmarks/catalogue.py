@@ -55,6 +55,7 @@ CATALOGUE = (
     Benchmark("accuracy.paper_claims", "docs/paper.md", "about a minute"),
     Benchmark("accuracy.paper_tables", "paper_tables.md", "about 4 minutes"),
     Benchmark("robustness.globalisation", "globalisation.md", "about 7 minutes"),
+    Benchmark("robustness.random_scenes", "random_scenes.md", "hours for a hundred thousand scenes"),
     Benchmark("speed.newton_step", "newton_step.md", "about 2 minutes"),
     Benchmark("speed.peers", "peers.md", "minutes, and the other codes' scripts and packages"),
     Benchmark("speed.profile_runs", "profile_runs.md", "minutes"),

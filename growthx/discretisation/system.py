@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from growthx.discretisation.state import State
     from growthx.discretisation.unknowns import Unknowns
 
+NO_LOAD = 1e-12  # of all nodal forces: what round-off leaves of a load on free nodes where all of it is borne at once
+
 
 class Densities(Protocol):
     """How the densities are solved for, and the weak forms of both balances as that needs them.
@@ -149,8 +151,9 @@ class System:
 
     @cached_property
     def _force_scale(self) -> float:
-        load = self.peak_load()
-        if total := self.comm.allreduce(float(load @ load)):
+        load, whole = self.peak_load(), self.loads.peak()
+        total, with_held = self.comm.allreduce(np.array([load @ load, whole @ whole]))
+        if total > (NO_LOAD**2) * with_held:
             return float(np.sqrt(total))
         dim, stiffness = self.spaces.scene.mesh.dim, self._momentum.largest_stiffness()
         size = self.spaces.growing_size() ** (1 / dim)
@@ -160,7 +163,8 @@ class System:
     def force_scale(self) -> float:
         """What nodal forces are measured against: ‖nodal dead load at full traction‖₂, at the peaks of its histories.
 
-        Without a load: E times the prescribed displacement or, if there is none, the body's size, times size^(dim − 2).
+        Without a load, also where the body is held alone: E times the prescribed displacement or, if there is none, the
+        size of the body, times size^(dim − 2).
         """
         return self._force_scale
 
@@ -178,14 +182,15 @@ class System:
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
 
-        Rows of held unknowns are zero: they hold no equation.
+        Rows of held unknowns are zero: they hold no equation, but what is not admissible may show in them alone.
         """
         self.unknown.x.scatter_forward()
         admissible = self.densities.update()
         forces = self._forces()  # on all ranks, whatever one of them has found
         self.borne = forces.copy()
-        if not admissible:
+        if not (admissible and np.all(np.isfinite(forces))):
             forces[:] = np.nan
+            return forces
         for condition in self.conditions:
             forces[owned(condition)] = 0.0
         return forces

@@ -23,6 +23,7 @@ WIDEST, NARROWEST = 5.0, 0.2  # change from one step to the next
 FAILED = 0.25  # of a step that could not be solved
 SOLVED = 0.03  # tolerance of Newton's method over that of the density
 ROUND_OFF = 1e-9  # of a step: less than that is no time
+NO_TIME = 1e-13  # of the nominal step: a shorter one may not change the time at all
 
 
 class StepControl(ABC):
@@ -216,6 +217,7 @@ class _FromError(StepControl):
         self._tolerance, self._order = stepping.tolerance, stepping.scheme.estimate_order
         self._longest = stepping.longest
         self._step = min(program.step, self._longest)
+        self._wanted = self._step  # what the error alone would have, up to the nominal step
 
     def targets(self) -> Floats:
         return self._program.landmarks()
@@ -230,7 +232,8 @@ class _FromError(StepControl):
 
     @property
     def too_short(self) -> bool:
-        return self._step < SMALLEST_CUT * self._program.step
+        # A step that the error asks for may be as short as it likes: what was not solved tells that there is no way.
+        return self._step < max(SMALLEST_CUT * self._wanted, NO_TIME * self._program.step)
 
     def begin_anew(self) -> None:
         super().begin_anew()
@@ -248,13 +251,15 @@ class _FromError(StepControl):
         if accepted:  # a step that a target cut short says nothing against the longer one that was meant
             following = max(following, self._step if time_step < self._step else 0.0)
         self._step = min(following, self._longest)
+        self._wanted = min(self._step, self._program.step)
         return accepted
 
     def memory(self) -> Memory:
         memory = super().memory()
-        memory.numbers["step"] = self._step
+        memory.numbers["step"], memory.numbers["wanted"] = self._step, self._wanted
         return memory
 
     def recall(self, memory: Memory) -> None:
         super().recall(memory)
         self._step = memory.numbers["step"]
+        self._wanted = memory.numbers.get("wanted", self._program.step)  # in checkpoints of before there is none

@@ -182,9 +182,10 @@ def march(
     problem: the discretised scene, when the caller wants to look at it between steps (default: `discretise`).
     tolerance, full_newton: of Newton's method, see `solvers.settings.NewtonSettings`.
     stepping: the way through time; default: the program's fixed steps by implicit Euler.
-    Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length, or when failures
-    keep coming; the problem then holds the last good state.  Raises InputError for a scheme that cannot integrate the
-    scene, for a problem of another scene or variant, and for arguments that are none.
+    Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length, or of what the
+    error of density asks for, or when failures keep coming; the problem then holds the last good state.  Raises
+    InputError for a scheme that cannot integrate the scene, for a problem of another scene or variant, and for
+    arguments that are none.
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
     if problem is not None:

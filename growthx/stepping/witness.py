@@ -39,6 +39,7 @@ class Witness:
         """
         self._problem, self._tolerance = problem, tolerance
         self._scale, self._spoken = problem.system.force_scale(), False
+        self._share = 1.0  # of that scale in the forces of the last step, where these are less
         self._open = _OpenResultants(problem)
         _check_loads(problem)
 
@@ -47,7 +48,7 @@ class Witness:
 
         At the running iterate, to which the reactions belong.
         """
-        problem, worst = self._problem, 0.0
+        problem, worst, self._share = self._problem, 0.0, 1.0
         dead = problem.system.loads.resultants(problem.system.loads.at(problem.amplitude, problem.time))
         for number, case in enumerate(problem.spaces.cases):
             # A name may be that of a boundary alone, where there is one case.
@@ -56,6 +57,7 @@ class Witness:
             size = sum(float(np.linalg.norm(force)) for force in forces)
             if size > EXACT * self._scale:
                 worst = max(worst, float(np.linalg.norm(sum(forces))) / size)
+                self._share = min(self._share, case.weight * size / self._scale)
         return worst
 
     def hear(self, step: Step) -> None:
@@ -85,8 +87,8 @@ class Witness:
         return share * (1 + step.time_step * problem.system.densities.unloaded_resorption() / step.mass)
 
     def _force_allowed(self, step: Step) -> float:
-        """Residuals of the free nodes add up to what the supports do not bear."""
-        return EXACT + SPREAD * self._newton_error(step)
+        """Residuals of the free nodes add up to what the supports do not bear; they are measured by the full loads."""
+        return EXACT + SPREAD * self._newton_error(step) / self._share
 
     def _newton_error(self, step: Step) -> float:
         return max(self._tolerance, step.newton.round_off)
@@ -126,7 +128,8 @@ def _check_loads(problem: Discretisation) -> None:
     scene, of_nodes = problem.scene, problem.system.loads.resultants(problem.system.loads.full())
     for case, found in zip(problem.spaces.cases, of_nodes, strict=True):
         dead = [load for load in case.loads if load in scene.dead_loads]
-        known = [force for load in dead if (force := _resultant(load, scene.mesh)) is not None]
+        degree = 2 * problem.displacement_space.element.basix_element.degree
+        known = [force for load in dead if (force := _resultant(load, scene.mesh, degree)) is not None]
         if not known or len(known) < len(dead):
             continue
         meant = np.sum(known, axis=0)
@@ -138,24 +141,30 @@ def _check_loads(problem: Discretisation) -> None:
             )
 
 
-def _resultant(load: Any, mesh: Mesh) -> Floats | None:
-    """The resulting force of a dead load from the scene and the mesh's geometry; None where it is not as plain."""
+def _resultant(load: Any, mesh: Mesh, degree: int) -> Floats | None:
+    """The resulting force of a dead load from the scene and the mesh's geometry; None where it is not as plain.
+
+    degree: of the rule that loads on boundaries are integrated by.
+    """
     if load.resultant is not None:
         return np.array(load.resultant)
     # Exactly these: a class of the user's own may have another intensity.
     if type(load) is Traction and not callable(load.value):
-        return np.array(load.value) * _area(mesh, load.on)
+        return np.array(load.value) * _area(mesh, load.on, degree)
     if type(load) is BodyForce and not callable(load.value):
         return np.array(load.value) * _volume(mesh, load.region)
     return None
 
 
-def _area(mesh: Mesh, boundary: str) -> float:
-    """Area (in two dimensions, length) of a boundary, from the corners of its facets."""
+def _area(mesh: Mesh, boundary: str, degree: int) -> float:
+    """Area (in two dimensions, length) of a boundary, from the corners of its facets.
+
+    degree: of the rule, which makes a difference of warped sides of hexahedra: their area is no polynomial.
+    """
     dim, domain = mesh.dim, mesh.domain
     facets = mesh.owned_facets(boundary)
     shape = basix.cell.subentity_types(basix.CellType[mesh.cell_name])[dim - 1][0]
-    X, weights = map(np.asarray, basix.make_quadrature(shape, 3))
+    X, weights = map(np.asarray, basix.make_quadrature(shape, degree))
     slopes = np.asarray(basix.create_element(basix.ElementFamily.P, shape, 1).tabulate(1, X))[1:, :, :, 0]
     area = 0.0
     if len(facets):

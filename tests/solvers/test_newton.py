@@ -59,6 +59,29 @@ def test_the_force_scale_is_the_norm_of_the_nodal_load():
     assert problem.system.force_scale() == pytest.approx(np.sqrt(5 * (1 / 16 + 1 / 4 + 1 / 16)), rel=1e-14)
 
 
+def test_a_load_on_what_is_held_is_no_scale():
+    """What round-off leaves of it on free nodes is 1e-16 of it: a tolerance relative to that is never reached."""
+    pulled = (gx.Support("left"), gx.Support("right", (0.1, 0.0)))
+    scene = block(square(2), supports=pulled)
+    problem, unloaded = gx.discretise(scene, gx.Q1P0), gx.discretise(replace(scene, loads=()), gx.Q1P0)
+    problem.system.loads.nodal_load += 1e-16 * np.abs(problem.system.loads.nodal_load).max()
+    assert problem.system.force_scale() == pytest.approx(unloaded.system.force_scale(), rel=1e-12)
+
+
+@pytest.mark.parametrize("variant", [gx.P1, gx.P1P0], ids=lambda variant: variant.name)
+def test_a_body_without_free_nodes_may_have_no_solution_either(variant):
+    """All is held: a density that is none, or a cell that is turned over, shows in no equation that is solved."""
+    held = (gx.Support("left"), gx.Support("right"))
+    mesh = square(1, shape="triangle")
+    growing = gx.EnergyDrivenGrowth(attractor=1.0, rate=5.0)
+    scene = block(mesh, supports=held, loads=(), growth=growing, program=gx.Program(step=1.0, until=2.0))
+    with pytest.raises(gx.EndedEarly, match="no positive density"):
+        list(gx.march(scene, variant))
+    turned = (gx.Support("left"), gx.Support("right", (-2.0, 0.0)))
+    with pytest.raises(gx.EndedEarly, match="det F ≤ 0"):
+        list(gx.march(replace(scene, supports=turned), variant))
+
+
 @variants
 @pytest.mark.parametrize(
     ("length", "stress", "density", "time"),

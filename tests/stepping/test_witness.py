@@ -116,8 +116,31 @@ def test_areas_and_volumes_are_those_of_the_geometry(shape):
     """Of a distorted body whose sides stay plane."""
     make = square if shape in ("quadrilateral", "triangle") else cube
     mesh = make(3, 0.05, shape=shape)
-    assert witness._area(mesh, "right") == pytest.approx(1.0, rel=1e-12)
+    assert witness._area(mesh, "right", 2) == pytest.approx(1.0, rel=1e-12)
     assert witness._volume(mesh, None) == pytest.approx(1.0, rel=1e-3 if make is cube else 1e-12)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1, gx.Q2], ids=lambda variant: variant.name)
+def test_warped_sides_are_as_large_as_their_loads_say(variant):
+    """Their area is no polynomial: another rule than that of the load finds another one, and a load was said lost."""
+    mesh = cube(2)
+    x = mesh.domain.geometry.x
+    x[:, 0] += 0.2 * x[:, 0] * x[:, 1] * x[:, 2]
+    steps = list(gx.march(block(mesh), variant))
+    assert max(step.force_defect for step in steps) < 1e-9
+
+
+def test_small_loads_are_balanced_as_well_as_full_ones(caplog):
+    """Newton's method measures forces by the full load: a millionth of it may be balanced a million times as badly."""
+    scene = block(square(2), program=gx.Program(step=1e-6, until=2e-6, ramp=1.0))
+    problem = gx.discretise(scene, gx.Q1)
+    steps = list(gx.march(scene, gx.Q1, problem))
+    assert not said(caplog)
+    heard = witness.Witness(problem, 1e-10)
+    heard.force_defect(steps[-1].reactions)
+    for defect, warns in ((1e-3, False), (1.0, True)):
+        heard.hear(replace(steps[-1], force_defect=defect))
+        assert bool(said(caplog)) == (warns and problem.comm.rank == 0)
 
 
 def test_a_scene_without_open_loads_compiles_nothing_for_it(monkeypatch):
