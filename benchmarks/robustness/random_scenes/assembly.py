@@ -5,7 +5,7 @@ A sum of what cells contribute comes with the sum of the sizes of these contribu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from benchmarks.robustness.random_scenes.reference import Element
 
 if TYPE_CHECKING:
     from benchmarks.robustness.random_scenes.model import Model
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Indices
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class State:
     """Displacements of the load cases, (cases, nodes, dim), densities before and after a step of implicit Euler.
 
     motion: displacement and velocity before it, where there is inertia.  share: of the loads.
+    lumped: cells in which the balance of mass is lumped, storage and source, to keep a nodal density positive.
     """
 
     u: Floats
@@ -31,6 +32,7 @@ class State:
     time_step: float
     share: float
     motion: tuple[Floats, Floats] | None = None
+    lumped: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
 
 @dataclass(frozen=True)
@@ -71,13 +73,24 @@ def at_rule(model: Model, degree: int) -> Places:
     return Places.of(model, *reference.rule(model.shape, degree))
 
 
+def at_nodes(model: Model, element: Element) -> Places:
+    """The nodes of a Lagrange element, each with ∫ N dV for a volume or, where one of a cell is not positive, in
+    proportion to ∫ N² dV.
+    """
+    X, w = reference.rule(model.shape, 2 * element.degree + (model.shape in reference.TENSOR))
+    volumes, N = np.abs(np.linalg.det(jacobians(model, X))) * w, element.tabulate(X)[0]
+    shares, squares = volumes @ N, volumes @ N**2
+    scaled = squares * (volumes.sum(axis=1) / squares.sum(axis=1))[:, None]
+    shares = np.where(shares.min(axis=1, keepdims=True) > 0, shares, scaled)
+    corners = reference.corners(model.shape)
+    nodes = np.array([corners[list(support)].mean(axis=0) for support in element.supports])
+    places = Places.of(model, nodes, np.ones(len(nodes)))
+    return Places(places.X, shares, places.inverse, places.values, places.slopes)
+
+
 def at_corners(model: Model) -> Places:
     """The corners of the cells, each with ∫ N dV of its linear shape function for a volume."""
-    X, w = reference.rule(model.shape, 2 if model.shape in reference.SIMPLEX else 3)
-    volumes = np.abs(np.linalg.det(jacobians(model, X))) * w
-    shares = volumes @ Element(model.shape, "P", 1).tabulate(X)[0]
-    places = Places.of(model, reference.corners(model.shape), np.ones(shares.shape[1]))
-    return Places(places.X, shares, places.inverse, places.values, places.slopes)
+    return at_nodes(model, Element(model.shape, "P", 1))
 
 
 def density_shares(model: Model, X: Floats) -> Floats:
@@ -222,22 +235,24 @@ def local_mass(model: Model, state: State) -> tuple[Floats, Floats]:
 
 def nodal_mass(model: Model, state: State) -> tuple[Floats, Floats]:
     """What is left of the balance of each nodal density (mass per time), (densities,), and the sizes of its terms."""
+    assert model.density is not None
     rule, dofs, count = at_rule(model, model.degrees[0]), model.density_dofs, model.counts[1]
-    corners = at_corners(model) if any(model.lumped) else rule
     residual, size = np.zeros(count), np.zeros(count)
     rate_of_change = (state.density - state.old) / state.time_step
-    for lumped, stored in ((model.lumped[0], True), (model.lumped[1], False)):
-        places = corners if lumped else rule
-        N = density_shares(model, places.X)
-        if stored:
-            term = rate_of_change[dofs] @ N.T
-            terms = (np.abs(state.density) + np.abs(state.old))[dofs] @ np.abs(N).T / state.time_step
-        else:
-            rate, terms = sources(model, state, places, state.density[dofs] @ N.T)
-            term = -rate
-        dV = places.dV * model.grows[:, None]
-        residual += _sum(count, dofs, (dV * term) @ N)
-        size += _sum(count, dofs, (dV * terms) @ np.abs(N))
+    here = model.grows & np.isin(np.arange(len(model.cells)), state.lumped)
+    nodes = at_nodes(model, model.density) if any(model.lumped) or len(state.lumped) else rule
+    for everywhere, stored in ((model.lumped[0], True), (model.lumped[1], False)):
+        for places, cells in ((nodes, model.grows),) if everywhere else ((rule, model.grows & ~here), (nodes, here)):
+            N = density_shares(model, places.X)
+            if stored:
+                term = rate_of_change[dofs] @ N.T
+                terms = (np.abs(state.density) + np.abs(state.old))[dofs] @ np.abs(N).T / state.time_step
+            else:
+                rate, terms = sources(model, state, places, state.density[dofs] @ N.T)
+                term = -rate
+            dV = places.dV * cells[:, None]
+            residual += _sum(count, dofs, np.where(dV > 0, dV * term, 0.0) @ N)
+            size += _sum(count, dofs, np.where(dV > 0, dV * terms, 0.0) @ np.abs(N))
     for part in (_conducted(model, state, rule), -_entered(model)):
         residual, size = residual + part, size + np.abs(part)
     return residual, size

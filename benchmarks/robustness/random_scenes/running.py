@@ -19,7 +19,7 @@ from growthx.solvers.settings import NewtonSettings
 
 if TYPE_CHECKING:
     from benchmarks.robustness.random_scenes.scenes import Trial
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Indices
     from growthx.stepping.record import Step
 
 MOST_STEPS = 300  # after which a scene is left where it is, and checked there
@@ -118,7 +118,16 @@ class Watched:
             time_step=step.time_step if euler else self.length,
             share=step.load,
             motion=self.motion,
+            lumped=self._lumped(),
         )
+
+    def _lumped(self) -> Indices:
+        """Cells in which the balance of mass of the last step was lumped."""
+        nodes = self.problem.system.densities.lumped
+        if nodes is None:
+            return np.zeros(0, dtype=np.int32)
+        marks = nodes.memory() > 0
+        return np.flatnonzero(marks[self.problem.density_space.dofmap.list].any(axis=1)).astype(np.int32)
 
 
 class _Log(logging.Handler):
