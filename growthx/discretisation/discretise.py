@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from growthx.discretisation.checks.arguments import check_scene
 from growthx.discretisation.checks.magnitudes import warn_if_out_of_scale
+from growthx.discretisation.checks.start_bounds import warn_if_beyond_bounds
 from growthx.discretisation.discretisation import Discretisation
 from growthx.meshing.corners import check_cells
 from growthx.model.exponents import warn_if_ill_posed
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 def discretise(scene: Scene, variant: Variant) -> Discretisation:
     """The discretisation of a scene by a variant, ready to march.
 
-    Warns of a model that is not well posed, and of numbers whose orders of magnitude do not belong together.
+    Warns of a model that is not well posed, of numbers whose orders of magnitude do not belong together, and of a
+    density that begins beyond its bounds.
 
     Raises InputError if a cell of the mesh is not convex, if a part of the body is free to move, if the variant is
     not made for the scene, or if these are no scene and no variant.
@@ -32,4 +34,5 @@ def discretise(scene: Scene, variant: Variant) -> Discretisation:
     warn_if_ill_posed(scene)
     problem = Discretisation(scene, variant)
     warn_if_out_of_scale(problem)
+    warn_if_beyond_bounds(problem)
     return problem

@@ -50,6 +50,21 @@ def test_densities_stop_at_the_bounds_exactly(variant):
 
 
 @variants
+def test_a_start_beyond_the_bounds_is_told(variant, caplog):
+    """The first step moves it to them: mass is made, which nobody should have to find out from the numbers."""
+    lifted = body(variant, replace(FREE, bounds=(LOW, HIGH)), initial_density=lambda x: np.where(x[0] < 0.5, 1.0, LOW))
+    gx.discretise(lifted, variant)
+    said = [record.getMessage() for record in caplog.records if "beyond its bounds" in record.getMessage()]
+    assert len(said) == (COMM.rank == 0)
+    assert all(f"1 to {LOW:g}" in each and f"{LOW:g} to {HIGH:g}" in each for each in said)
+    caplog.clear()
+    within = replace(lifted, initial_density=LOW)
+    gx.discretise(within, variant)
+    gx.discretise(replace(within, growth=FREE, initial_density=1.0), variant)
+    assert "beyond its bounds" not in caplog.text
+
+
+@variants
 def test_shares_of_the_volume_at_the_bounds(variant):
     """By NumPy: the weights of the densities that are equal to a bound, over those of all."""
     _, problem = run(body(variant, replace(FREE, bounds=(LOW, HIGH))), variant)
