@@ -95,6 +95,7 @@ class Integrator:
     def accept(self) -> None:
         """Make the end of the step the state."""
         self._problem.system.accept_step()
+        self.positivity.accept()
         self._start = self._end
         for time, unknown in self._found:
             self._prediction.remember(time, unknown)

@@ -136,6 +136,7 @@ class March(Iterator[Step]):
             else:
                 break
             rejected += 1
+            self._integrator.positivity.take_back()
             if control.hopeless or stagnated > MOST_STAGNATED:
                 if loses and self._integrator.keep_positive(time):
                     control.begin_anew()

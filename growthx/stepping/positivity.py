@@ -16,6 +16,7 @@ from mpi4py import MPI
 from growthx.common.memory import Memory
 
 if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
 
 
@@ -29,6 +30,7 @@ class Positivity:
         self._problem, self._densities = problem, problem.system.densities
         self.wanted = False
         self._lumped_for = 0  # steps that began so
+        self._accepted: Floats = np.zeros(0)  # what was lumped in the last accepted step
 
     @property
     def cells(self) -> int:
@@ -69,6 +71,16 @@ class Positivity:
         if begins_lumped and self._lumped_for > 1 and self._lumped_for.bit_count() == 1:
             lumped.try_without()
 
+    def accept(self) -> None:
+        """Remember what was lumped in a step that is accepted."""
+        if self.wanted and self._densities.lumped is not None:
+            self._accepted = self._densities.lumped.memory()
+
+    def take_back(self) -> None:
+        """Lump what was lumped in the last accepted step (collective)."""
+        if self.wanted and self._densities.lumped is not None:
+            self._densities.lumped.recall(self._accepted)
+
     def memory(self) -> Memory:
         """What it has learnt; nothing as long as nothing was lost."""
         memory = Memory()
@@ -83,4 +95,5 @@ class Positivity:
         self.wanted = "lumped_for" in memory.numbers
         self._lumped_for = memory.numbers.get("lumped_for", 0)
         if self._densities.lumped is not None:
-            self._densities.lumped.recall(memory.densities.get("lumped", np.zeros(0)))
+            self._accepted = memory.densities.get("lumped", np.zeros(0))
+            self._densities.lumped.recall(self._accepted)
