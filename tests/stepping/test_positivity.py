@@ -97,6 +97,18 @@ def test_a_model_that_is_not_well_posed_ends_as_before():
     assert not any(step.lumped_cells for step in ended.value.result.steps)
 
 
+def test_zero_is_no_bound():
+    """With a highest density alone, nodes rested at zero, and mass was made there that no law knows of."""
+    bounded = scene()
+    bounded = replace(bounded, growth=replace(bounded.growth, bounds=(None, 1.2)))
+    result = gx.solve(bounded, gx.S2Q1)
+    assert result.converged
+    assert result.problem.density_range()[1] == 1.2
+    assert any(step.lumped_cells for step in result.steps)
+    assert min(step.min_density for step in result.steps) > 0
+    assert max(step.mass_defect for step in result.steps) < 1e-8
+
+
 @pytest.mark.parametrize("variant", [gx.Q1Q1, gx.Q2Q2, gx.P1P1, gx.P2P2], ids=lambda variant: variant.name)
 def test_other_elements_are_kept_positive_too(variant):
     """Stretched, with waves of density over four orders; quadratic simplices by masses in proportion to ∫ N²."""

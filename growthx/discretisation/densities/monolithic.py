@@ -62,7 +62,7 @@ class NodalDensities:
         variant = spaces.variant
         everywhere = variant.storage_at_corners and variant.source_at_corners
         at_points = any(points_of(field) is not None for form in forms for field in form.coefficients())
-        self._can_be_lumped = not (everywhere or at_points or spaces.scene.growth.is_bounded)
+        self._can_be_lumped = not (everywhere or at_points) and spaces.scene.growth.bounds[0] is None
         self.lumped = LumpedNodes(spaces, state, unknowns, self._mass, self._mass_to_force * unknowns.test_density)
         self._owned_part = self._part[self._part < unknowns.owned]
         self.conditions: list[dolfinx.fem.DirichletBC] = []
@@ -182,7 +182,8 @@ class NodalDensities:
             return None
         low, high = (np.full(self.unknowns.owned, value) for value in (-np.inf, np.inf))
         dofs = self._part[self._spaces.growing_dofs]
-        low[dofs], high[dofs] = growth.limits
+        # Zero is no bound: who stays there has no balance.
+        low[dofs], high[dofs] = growth.limits if growth.bounds[0] is not None else (-np.inf, growth.limits[1])
         return low, high
 
     def largest_share(self, position: Floats, step: Floats) -> float:
@@ -200,7 +201,7 @@ class NodalDensities:
     def vanishing(self) -> Marks:
         """Densities of the running iterate that are gone, or nearly, marks as in `density.x.array`.
 
-        None where densities keep to bounds, or where lumping is no help: where it is there already, or where a field
+        None where densities keep to a lowest one, or where lumping is no help: where it is there already, or where a field
         has values at other points alone.
         """
         if not self._can_be_lumped:
@@ -226,7 +227,8 @@ class NodalDensities:
         growth = self._spaces.scene.growth
         if growth.is_bounded:
             dofs = self._part[self._spaces.growing_dofs]
-            held.append(dofs[np.isin(self.unknowns.function.x.array[dofs], growth.limits)])
+            bounds = [bound for bound in growth.bounds if bound is not None]
+            held.append(dofs[np.isin(self.unknowns.function.x.array[dofs], bounds)])
         return np.unique(np.concatenate(held)) if held else None
 
     def unloaded_resorption(self) -> float:
