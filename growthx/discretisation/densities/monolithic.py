@@ -201,8 +201,8 @@ class NodalDensities:
     def vanishing(self) -> Marks:
         """Densities of the running iterate that are gone, or nearly, marks as in `density.x.array`.
 
-        None where densities keep to a lowest one, or where lumping is no help: where it is there already, or where a field
-        has values at other points alone.
+        None where densities keep to a lowest one, or where lumping is no help: where it is there already, or where a
+        field has values at other points alone.
         """
         if not self._can_be_lumped:
             return np.zeros(len(self._part), dtype=bool)
