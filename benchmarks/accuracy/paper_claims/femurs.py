@@ -151,7 +151,7 @@ def _cheapest() -> dict[str, float]:
 CLAIMS = (
     Claim(
         "femur-refinement",
-        "Fig. 8",
+        "§6, F8",
         "Q1Q1 on 658, 2632 and 5922 elements: little difference.",
         _refinement,
         holds_if(lambda numbers: max(numbers.values()) < 5, "no zone's mean changes by 5 %"),
@@ -159,7 +159,7 @@ CLAIMS = (
     ),
     Claim(
         "femur-anatomy",
-        "Fig. 8",
+        "§6, F8",
         "A strut from the superior head to the calcar, an arcuate system, Ward's triangle, a dense shaft around the "
         "canal.",
         _anatomy,
@@ -172,7 +172,7 @@ CLAIMS = (
     ),
     Claim(
         "node-based-alike",
-        "Fig. 9",
+        "§6, F9",
         "Q1Q1, Q2Q2, Q1P0 and S2Q1 are nearly alike, with no instability of Q1P0.",
         lambda: _against((gx.Q2Q2, gx.Q1P0, gx.S2Q1)),
         holds_if(
@@ -183,7 +183,7 @@ CLAIMS = (
     ),
     Claim(
         "point-based-alike",
-        "Figs. 10, 11",
+        "§6, F10, F11",
         "Q1, Q2, Q1sri and S2fri are alike, and like the node-based ones.",
         lambda: _against((gx.Q1, gx.Q2, gx.Q1sri, gx.S2fri)),
         holds_if(lambda numbers: max(values(numbers, "change")) < ALIKE, "no zone's mean differs by 10 % from Q1Q1's"),
@@ -191,7 +191,7 @@ CLAIMS = (
     ),
     Claim(
         "q1-oscillates-slightly",
-        "Fig. 10",
+        "§6, F10",
         "Raw, Q1 is slightly oscillatory and S2fri smooth.",
         _inside_cells,
         holds_if(
@@ -201,7 +201,7 @@ CLAIMS = (
     ),
     Claim(
         "q1sri-as-q1p0",
-        "Fig. 10",
+        "§6, F10",
         "Q1sri is as Q1P0.",
         _q1sri_as_q1p0,
         holds_if(
@@ -211,7 +211,7 @@ CLAIMS = (
     ),
     Claim(
         "zero-one",
-        "R6.1, Fig. 12",
+        "§6, R6.1, F12",
         "With n = 2 and m = 0 the femur becomes a field of zeros and ones with checkerboards; the run ends early; "
         "Q1sri "
         "likewise.",

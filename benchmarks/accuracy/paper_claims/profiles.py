@@ -105,7 +105,7 @@ CLAIMS = (
     ),
     Claim(
         "overshoots-stay",
-        "§4.4.1, Fig. 2",
+        "§4.4.1, F2",
         "Q1Q1 oscillates at fronts, and its overshoots stay on refinement.",
         lambda: _over((gx.Q1Q1,)),
         holds_if(
@@ -159,7 +159,7 @@ CLAIMS = (
     ),
     Claim(
         "smooth-at-40",
-        "§4.4.2, Fig. 3",
+        "§4.4.2, F3",
         "Continuous densities do equally well for the smooth problem and are converged at 40 elements.",
         lambda: _smooth(NODAL),
         holds_if(
@@ -189,14 +189,14 @@ CLAIMS = (
     ),
     Claim(
         "points-at-jumps",
-        "§5.4, Fig. 5",
+        "§5.4, F5",
         "All integration-point elements do excellently at jumps.",
         lambda: _over(LOCAL),
         holds_if(lambda numbers: max(numbers.values()) < 2e-3, "no overshoot above 0.2 % of ρ\\* on any mesh"),
     ),
     Claim(
         "points-smooth",
-        "§5.4, Fig. 6",
+        "§5.4, F6",
         "All integration-point elements do remarkably well for the smooth problem.",
         lambda: _smooth(LOCAL),
         holds_if(

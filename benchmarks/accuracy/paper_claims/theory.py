@@ -239,7 +239,7 @@ def _updates() -> dict[str, float]:
 CLAIMS = (
     Claim(
         "flow-charts",
-        "Tables 1, 7",
+        "T1, T7",
         "Node-based densities are solved for beside the displacements, others locally at each point.",
         _strategies,
         holds_if(
@@ -362,12 +362,5 @@ CLAIMS = (
             "strain; "
             "homogeneous cells are identical",
         ),
-    ),
-    Claim(
-        "other-problems",
-        "§7",
-        "Other problems of two fields can be treated so: diffusion, heat, damage.",
-        dict,
-        undecided("growthx has none of them; a flux of mass is a diffusion (see mass-flux)"),
     ),
 )
