@@ -6,21 +6,22 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.accuracy.paper_claims import bar_tables, counts, femurs, profiles, theory
+from benchmarks.accuracy.paper_claims import bar_tables, counts, femurs, fronts, smooth, theory
 from benchmarks.accuracy.paper_claims.claim import CONFIRMED, OPEN, REFUTED, Claim
 from benchmarks.shared.reporting import RESULTS, write_csv
 
 CLAIMS: tuple[Claim, ...] = (
     *counts.CLAIMS,
     *bar_tables.CLAIMS,
-    *profiles.CLAIMS,
+    *fronts.CLAIMS,
+    *smooth.CLAIMS,
     *theory.CLAIMS,
     *femurs.CLAIMS,
 )
 PAGE = RESULTS.parents[1] / "docs" / "paper.md"
 MODULE = "benchmarks.accuracy.paper_claims"
 WORDS = (CONFIRMED, REFUTED, OPEN)
-MOST_COLUMNS, WIDEST_COLUMN = 6, 40  # characters
+MOST_COLUMNS, WIDEST_COLUMN = 8, 40  # characters
 
 INTRODUCTION = """\
 # The paper, statement by statement
