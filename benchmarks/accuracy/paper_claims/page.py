@@ -6,7 +6,7 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.accuracy.paper_claims import bar_tables, counts, femurs, fronts, smooth, theory
+from benchmarks.accuracy.paper_claims import bar_tables, counts, femurs, fronts, newton, remarks, smooth, strategies
 from benchmarks.accuracy.paper_claims.claim import CONFIRMED, OPEN, REFUTED, Claim
 from benchmarks.shared.reporting import RESULTS, write_csv
 
@@ -15,7 +15,9 @@ CLAIMS: tuple[Claim, ...] = (
     *bar_tables.CLAIMS,
     *fronts.CLAIMS,
     *smooth.CLAIMS,
-    *theory.CLAIMS,
+    *remarks.CLAIMS,
+    *strategies.CLAIMS,
+    *newton.CLAIMS,
     *femurs.CLAIMS,
 )
 PAGE = RESULTS.parents[1] / "docs" / "paper.md"
