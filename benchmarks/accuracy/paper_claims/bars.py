@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import growthx as gx
-from benchmarks.accuracy.paper_claims.paper import MESHES
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, Problem, bar, equilibrium, lower_edge
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
 
+MESHES = (10, 40, 100)
 FINE = (*MESHES, 400)
 NODAL = (gx.Q1Q1, gx.Q2Q2, gx.S2Q1)
 LOCAL = (gx.Q1, gx.Q2, gx.Q1sri, gx.S2fri)

@@ -60,13 +60,3 @@ def column(numbers: Numbers, name: str) -> dict[str, float]:
 def largest(numbers: Numbers, part: str) -> str:
     """The largest of some numbers, for a sentence."""
     return f"{max(values(numbers, part)):.3g}"
-
-
-def holds_if(condition: Callable[[Numbers], bool], why: str) -> Callable[[Numbers], Verdict]:
-    """Confirmed where a condition holds, else refuted; why: what is compared."""
-    return decide(condition, why, why)
-
-
-def undecided(why: str) -> Callable[[Numbers], Verdict]:
-    """Open whatever the numbers are."""
-    return lambda numbers: (OPEN, why)

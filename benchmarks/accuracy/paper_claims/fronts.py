@@ -6,6 +6,7 @@ import growthx as gx
 from benchmarks.accuracy.paper_claims.bars import (
     FINE,
     LOCAL,
+    MESHES,
     NODAL,
     distance,
     front,
@@ -15,7 +16,6 @@ from benchmarks.accuracy.paper_claims.bars import (
     solved,
 )
 from benchmarks.accuracy.paper_claims.claim import Claim, Numbers, column, decide, row
-from benchmarks.accuracy.paper_claims.paper import MESHES
 from growthx.scenes.bar import DISCONTINUOUS, bar, equilibrium, midpoint_density_change
 
 NODE_BASED = (*NODAL, gx.Q1P0)

@@ -6,7 +6,18 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.accuracy.paper_claims import bar_tables, counts, femurs, fronts, newton, remarks, smooth, strategies
+from benchmarks.accuracy.paper_claims import (
+    bar_tables,
+    costs,
+    counts,
+    femurs,
+    fronts,
+    newton,
+    remarks,
+    smooth,
+    strategies,
+    zero_one,
+)
 from benchmarks.accuracy.paper_claims.claim import CONFIRMED, OPEN, REFUTED, Claim
 from benchmarks.shared.reporting import RESULTS, write_csv
 
@@ -19,6 +30,8 @@ CLAIMS: tuple[Claim, ...] = (
     *strategies.CLAIMS,
     *newton.CLAIMS,
     *femurs.CLAIMS,
+    *zero_one.CLAIMS,
+    *costs.CLAIMS,
 )
 PAGE = RESULTS.parents[1] / "docs" / "paper.md"
 MODULE = "benchmarks.accuracy.paper_claims"

@@ -10,6 +10,7 @@ import growthx as gx
 from benchmarks.accuracy.paper_claims.bars import (
     FINE,
     LOCAL,
+    MESHES,
     NODAL,
     density,
     distance,
@@ -18,7 +19,6 @@ from benchmarks.accuracy.paper_claims.bars import (
     solved,
 )
 from benchmarks.accuracy.paper_claims.claim import Claim, Numbers, column, decide, largest, row
-from benchmarks.accuracy.paper_claims.paper import MESHES
 from growthx.scenes.bar import (
     CONTINUOUS,
     DISCONTINUOUS,

@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 import growthx as gx
-from benchmarks.accuracy.paper_claims.bars import solved
+from benchmarks.accuracy.paper_claims.bars import MESHES, solved
 from benchmarks.accuracy.paper_claims.claim import Claim, Numbers, decide, row, values
-from benchmarks.accuracy.paper_claims.paper import MESHES
 from benchmarks.shared.loads import times
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, end_displacement
 
