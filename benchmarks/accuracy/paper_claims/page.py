@@ -43,14 +43,11 @@ INTRODUCTION = """\
 
 Kuhl, Menzel & Steinmann, *Computational modeling of growth*, Computational Mechanics 32 (2003) 71–88: what it says and
 shows, in our words, each with a command that measures it anew in less than two minutes, the numbers, and what they say:
-{counts}. The verdict follows from the numbers by a rule in the program; none is set by hand. T is a table of the paper,
-F a figure, R a remark, § a section.
+{counts}.
+The verdict follows from the numbers by a rule in the program; none is set by hand. T is a table of the paper, F a
+figure, R a remark, § a section.
 
-Made by `python -m benchmarks.accuracy.paper_claims --all`; one statement by its name, which is its heading below:
-
-```sh
-./run python -m benchmarks.accuracy.paper_claims q2q2-worst
-```
+Made by `python -m benchmarks.accuracy.paper_claims --all`; one statement by its name, as told below it.
 
 The paper's tables and pictures as a whole are beside ours on
 [the page of the tables](../benchmarks/results/paper_tables.md). More on stability is on
@@ -110,5 +107,5 @@ def page(folder: Path = RESULTS) -> str:
     for claim in CLAIMS:
         word, why = verdicts[claim.name]
         lines += ["", f"## {claim.name}", "", f"{claim.place}: {claim.statement}", "", f"*{word}* – {why}."]
-        lines += told(kept[claim.name]) if kept[claim.name] else []
+        lines += [*told(kept[claim.name]), "", f"`./run python -m {MODULE} {claim.name}`"]
     return "\n".join(lines) + "\n"
