@@ -1,7 +1,9 @@
 """The page on the paper's statements is what its program finds: each is measured anew, and judged by the same rule."""
 
+import contextlib
 import re
 
+import numpy as np
 import pytest
 from blocks import COMM
 
@@ -45,6 +47,33 @@ def test_numbers_are_told_in_rows_and_columns():
     """Where all rows have the same columns; else one beneath the other."""
     assert told({"a: x": 1.0, "a: y": 2.0, "b: x": 3.0, "b: y": 4.0})[3:] == ["| a | 1 | 2 |", "| b | 3 | 4 |"]
     assert told({"a: x": 1.0, "b: y": 2.0})[3:] == ["| a: x | 1 |", "| b: y | 2 |"]
+
+
+def others(numbers):
+    """Other numbers than those that were found: of another size, sign or order."""
+    values, rng = list(numbers.values()), np.random.default_rng(0)
+    yield from (dict.fromkeys(numbers, each) for each in (0.0, 1.0))
+    yield from ({label: factor * value for label, value in numbers.items()} for factor in (-1, 1e-9, 0.3, 2.25, 3, 1e9))
+    yield {label: value if value > 1 else 0.0 for label, value in numbers.items()}
+    for _ in range(300):
+        factors = 10.0 ** rng.uniform(-3, 3, len(values))
+        yield dict(zip(numbers, factors * rng.permutation(values), strict=True))
+        yield {label: value * rng.choice([0.01, 1.0, 100.0]) for label, value in numbers.items()}
+
+
+def words_of(claim, numbers):
+    """What a statement would be called with other numbers, where these can be judged at all."""
+    for each in others(numbers):
+        with contextlib.suppress(ZeroDivisionError, ValueError):
+            yield claim.verdict(each)[0]
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.name)
+def test_a_verdict_follows_from_the_numbers(claim):
+    """With other numbers it would be another one: none is a foregone conclusion."""
+    kept = read_numbers()[claim.name]
+    word = claim.verdict(kept)[0]
+    assert any(other != word for other in words_of(claim, kept))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 
 import growthx as gx
 from benchmarks.accuracy.paper_claims.bars import MESHES, solved
-from benchmarks.accuracy.paper_claims.claim import OPEN, Claim, Numbers, column, decide, values
+from benchmarks.accuracy.paper_claims.claim import OPEN, Claim, Numbers, decide, values
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, Problem, bar, end_displacement, midpoint_density_change
 
 # Tables 3, 4, 9, 10 (stepped) and 5, 6, 11, 12 (tapered): density change at mid-length, and end displacement.
@@ -47,7 +47,7 @@ def _apart(problem: Problem, what: int, names: tuple[str, ...], meshes: tuple[in
     printed = STEPPED if problem is DISCONTINUOUS else TAPERED
     read = (midpoint_density_change, end_displacement)[what]
     return {
-        f"{name}: {n} elements, ours less the paper's": read(solved(problem, n, gx.variants.named(name)).problem)
+        f"{name}: ours less the paper's at {n}": read(solved(problem, n, gx.variants.named(name)).problem)
         - printed[name][what][MESHES.index(n)]
         for name in names
         for n in meshes
@@ -58,42 +58,44 @@ def _densities(problem: Problem) -> dict[str, float]:
     """The changes less the paper's: read by the rule, and of those in the two cells beside mid-length the nearest."""
     found = {}
     for label, apart in _apart(problem, 0, ALL, MESHES).items():
-        name, n = label.partition(":")[0], int(label.split()[1])
+        name, n = label.partition(":")[0], int(label.split()[-1])
         done = solved(problem, n, gx.variants.named(name)).problem
         beside = np.abs(done.density_positions()[:, 0] - 0.5) < 1 / n + 1e-9
         changes = done.density.x.array[beside] - 1
         printed = (STEPPED if problem is DISCONTINUOUS else TAPERED)[name][0][MESHES.index(n)]
-        found[f"{name}, {n} elements: ours less the paper's"] = apart
-        found[f"{name}, {n} elements: the nearest less it"] = min(changes - printed, key=abs)
+        found[f"{name}: by the rule at {n}"] = apart
+        found[f"{name}: the nearest at {n}"] = min(changes - printed, key=abs)
     return found
 
 
 def _read_otherwise(numbers: Numbers) -> tuple[list[str], list[str]]:
     """The numbers that another reading gives, and those that none does."""
-    by_rule, nearest = column(numbers, "ours less the paper's"), column(numbers, "the nearest less it")
-    off = [label for label, value in by_rule.items() if abs(value) > CLOSE]
-    return [label for label in off if abs(nearest[label]) <= CLOSE], [
-        label for label in off if abs(nearest[label]) > CLOSE
-    ]
+    otherwise, never = [], []
+    for label, apart in numbers.items():
+        if ": by the rule at " in label and abs(apart) > CLOSE:
+            name, _, n = label.partition(": by the rule at ")
+            nearest = abs(numbers[f"{name}: the nearest at {n}"])
+            (otherwise if nearest <= CLOSE else never).append(f"{name} at {n}")
+    return otherwise, never
 
 
 def _all_read(numbers: Numbers) -> str:
     otherwise, _ = _read_otherwise(numbers)
-    rest = f"; {', '.join(otherwise)} where read from another place in the cells beside mid-length" if otherwise else ""
-    return f"all 24 within {CLOSE:.0e}{rest}: {READINGS} tells which"
+    rest = f", {', '.join(otherwise)} if read at another place in the cells beside mid-length" if otherwise else ""
+    return f"ours less the paper's is within {CLOSE:.0e} for all 24{rest}: see {READINGS}"
 
 
 def _some_not_read(numbers: Numbers) -> str:
-    _, never = _read_otherwise(numbers)
+    otherwise, never = _read_otherwise(numbers)
     return (
-        f"no density in the cells beside mid-length is the paper's, within {CLOSE:.0e}, of {', '.join(never)}, the "
-        f"others are: {READINGS} tells which"
+        f"{24 - len(never)} of 24 are within {CLOSE:.0e} of the paper's, {', '.join(otherwise)} if read at another "
+        f"place in the cells beside mid-length; of {', '.join(never)} no density there is: see {READINGS}"
     )
 
 
 def _off(numbers: Numbers, bound: float) -> list[str]:
     return [
-        f"{name} at {rest.split()[0]}"
+        f"{name} at {rest.split()[-1]}"
         for (name, _, rest), value in ((label.partition(": "), value) for label, value in numbers.items())
         if abs(value) > bound
     ]
@@ -198,7 +200,7 @@ CLAIMS = (
         "T6, T12",
         "The tapered bar's end displacements.",
         _ends(CONTINUOUS, ALL),
-        _all_within(LAST_DIGIT, "the others to the last digit, so that these two are slips of a few of it"),
+        _all_within(LAST_DIGIT, "they are off by a few of the last digit, which no run of ours tells"),
     ),
     Claim(
         "unit-load",
