@@ -9,7 +9,7 @@ import numpy as np
 
 import growthx as gx
 from benchmarks.accuracy.paper_claims.bars import MESHES, solved
-from benchmarks.accuracy.paper_claims.claim import OPEN, Claim, Numbers, decide, values
+from benchmarks.accuracy.paper_claims.claim import OPEN, Claim, Numbers, Verdict, decide, values
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, Problem, bar, end_displacement, midpoint_density_change
 
 # Tables 3, 4, 9, 10 (stepped) and 5, 6, 11, 12 (tapered): density change at mid-length, and end displacement.
@@ -70,7 +70,8 @@ def _densities(problem: Problem) -> dict[str, float]:
 
 def _read_otherwise(numbers: Numbers) -> tuple[list[str], list[str]]:
     """The numbers that another reading gives, and those that none does."""
-    otherwise, never = [], []
+    otherwise: list[str] = []
+    never: list[str] = []
     for label, apart in numbers.items():
         if ": by the rule at " in label and abs(apart) > CLOSE:
             name, _, n = label.partition(": by the rule at ")
@@ -101,11 +102,11 @@ def _off(numbers: Numbers, bound: float) -> list[str]:
     ]
 
 
-def _ends(problem: Problem, names: tuple[str, ...], meshes: tuple[int, ...] = MESHES) -> Callable[[], dict]:  # type: ignore[type-arg]
+def _ends(problem: Problem, names: tuple[str, ...], meshes: tuple[int, ...] = MESHES) -> Callable[[], dict[str, float]]:
     return lambda: _apart(problem, 1, names, meshes)
 
 
-def _all_within(bound: float, why: str, otherwise: str = OPEN):  # type: ignore[no-untyped-def]
+def _all_within(bound: float, why: str) -> Callable[[Numbers], Verdict]:
     return decide(
         lambda numbers: not _off(numbers, bound),
         lambda numbers: f"all {len(numbers)} within {bound:.0e}",
@@ -113,7 +114,7 @@ def _all_within(bound: float, why: str, otherwise: str = OPEN):  # type: ignore[
             f"{len(numbers) - len(_off(numbers, bound))} of {len(numbers)} are within {bound:.0e}, not "
             f"{', '.join(_off(numbers, bound))}: {why}"
         ),
-        otherwise,
+        OPEN,
     )
 
 

@@ -117,9 +117,9 @@ CLAIMS = (
         _same_error,
         decide(
             lambda numbers: min(values(numbers, "time")) > 0.95,
-            "for the same error on the tapered bar none takes less time; in two dimensions the quadratic ones do, see "
+            "for the same error on the tapered bar none takes less time; bodies in the plane are compared on "
             "[the page on errors and times](../benchmarks/results/error_vs_runtime.md)",
-            "for the same error on the tapered bar another takes less time; see "
+            "for the same error on the tapered bar another takes less time; bodies in the plane are compared on "
             "[the page on errors and times](../benchmarks/results/error_vs_runtime.md)",
         ),
         quick=False,

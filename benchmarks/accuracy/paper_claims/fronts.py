@@ -41,13 +41,13 @@ def _fast() -> dict[str, float]:
         for n in MESHES:
             change = midpoint_density_change(solved(DISCONTINUOUS, n, variant).problem)
             found[f"{variant.name}: mid-length off at {n}"] = abs(change - right)
-        ends = (distance(DISCONTINUOUS, n, variant) for n in (10, 100))
-        found[f"{variant.name}: order of the distance"] = order(*ends, 10)
+        coarse, fine = (distance(DISCONTINUOUS, n, variant) for n in (10, 100))
+        found[f"{variant.name}: order of the distance"] = order(coarse, fine, 10)
     return found
 
 
 def _widths() -> dict[str, float]:
-    found = {}
+    found: dict[str, float] = {}
     for variant in NODE_BASED:
         for n in MESHES:
             by_slope, off = front(n, variant)

@@ -280,7 +280,6 @@ CLAIMS = (
             "[Δt over nine orders](../benchmarks/results/stability.md#time-steps)",
             "not all steps come to their end with ever smaller changes",
         ),
-        quick=False,
     ),
     Claim(
         "every-discretisation",
@@ -288,6 +287,5 @@ CLAIMS = (
         "A well-posed model, m > n, is stable in every discretisation.",
         _every_discretisation,
         decide(_stable, "the plate with m = 2, n = 1 ends well in all", _which_are_lumped),
-        quick=False,
     ),
 )

@@ -28,7 +28,8 @@ def _bar_of(length: float, conduction: float | None) -> gx.Scene:
     """The stepped bar of another length, its stimulus with it."""
     scene = bar(DISCONTINUOUS, 100)
     scene.mesh.domain.geometry.x[:] *= length
-    growth = replace(scene.growth, attractor=lambda x: DISCONTINUOUS.attractor(x[0] / length))
+    law: Any = scene.growth
+    growth = replace(law, attractor=lambda x: DISCONTINUOUS.attractor(x[0] / length))
     return replace(scene, growth=growth, flux=None if conduction is None else gx.MassFlux(conduction))
 
 
@@ -128,7 +129,8 @@ def _conditions() -> dict[str, float]:
             for name, inertia in (("quasi-static", None), ("with inertia", gx.Inertia())):
                 scene = gx.scenes.plate(4)
                 # Growth as slow as the step is long: as in bone, a step changes the density by the same share.
-                growth = replace(scene.growth, rate=scene.growth.rate * scene.program.step / step)  # type: ignore[attr-defined]
+                law: Any = scene.growth
+                growth = replace(law, rate=law.rate * scene.program.step / step)
                 problem = gx.discretise(replace(scene, inertia=inertia, growth=growth), variant)
                 problem.system.begin_step(step, 0.1)
                 problem.system.out_of_balance()
@@ -151,7 +153,8 @@ def _blocks_apart(numbers: Numbers) -> str:
     return (
         "in steps that are short against a wave, where the unknowns of Q1Q1 have blocks that go with Δt⁻² and Δt⁻¹, "
         f"the condition of the tangent is up to {max(nodal):.2g} times that of the quasi-static one; in steps of "
-        f"growth {nodal[0]:.3g} times; of Q1, whose densities are eliminated, {max(local):.2g} times at most"
+        f"growth it is {nodal[0]:.3g} times that, and that of Q1, whose densities are eliminated, {max(local):.2g} "
+        "times at most"
     )
 
 
@@ -221,7 +224,7 @@ class Damage(gx.MassSource):
 
 def _damage() -> dict[str, float]:
     """By either strategy, and spread by a flux."""
-    found = {}
+    found: dict[str, float] = {}
     for name, variant, flux in (("Q1", gx.Q1, None), ("Q1Q1 lumped", gx.Q1Q1.lumped(source=True), gx.MassFlux(1e-3))):
         scene = replace(gx.scenes.plate(8), growth=Damage(), flux=flux)
         result = gx.solve(scene, variant)
