@@ -19,11 +19,11 @@ from benchmarks.shared.reporting import progress
 
 def show(claim: Claim, numbers: dict[str, float]) -> None:
     """Print a statement, its numbers and the verdict."""
-    verdict, why = claim.judge(numbers)
+    word, why = claim.verdict(numbers)
     print(f"{claim.name} ({claim.place}): {claim.statement}")
-    for what, value in numbers.items():
-        print(f"  {what}: {value:.6g}")
-    print(f"  {verdict}: {why}")
+    for label, value in numbers.items():
+        print(f"  {label}: {value:.6g}")
+    print(f"  {word}: {why}")
 
 
 def main() -> None:

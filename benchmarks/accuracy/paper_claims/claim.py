@@ -7,35 +7,56 @@ from dataclasses import dataclass
 
 CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "open"
 Numbers = Mapping[str, float]
-Judgement = tuple[str, str]  # one of the three, and why
+Verdict = tuple[str, str]  # one of the three words, and a sentence why
+Sentence = str | Callable[[Numbers], str]
 
 
 @dataclass(frozen=True)
 class Claim:
     """One statement.
 
-    name: of the command.  place: in the paper.  statement: in our words.  measure: runs what it takes, numbers by what
-    they are.  judge: what these say, and why.  quick: whether it takes no more than some ten seconds.
+    name: of the command.  place: in the paper.  statement: in our words.  measure: runs what it takes, numbers by their
+    labels, "row: column" or plain.  verdict: what these say, and why.  quick: whether it takes no more than some ten
+    seconds.  timed: whether its numbers are of times, which differ from run to run.
     """
 
     name: str
     place: str
     statement: str
     measure: Callable[[], dict[str, float]]
-    judge: Callable[[Numbers], Judgement]
+    verdict: Callable[[Numbers], Verdict]
     quick: bool = True
+    timed: bool = False
 
 
-def holds_if(condition: Callable[[Numbers], bool], why: str) -> Callable[[Numbers], Judgement]:
-    """Confirmed where a condition holds, else refuted; why: what is compared."""
-    return lambda numbers: (CONFIRMED if condition(numbers) else REFUTED, why)
+def decide(
+    condition: Callable[[Numbers], bool], so: Sentence, if_not: Sentence, otherwise: str = REFUTED
+) -> Callable[[Numbers], Verdict]:
+    """Confirmed where a condition on the numbers holds, else what `otherwise` says; each with its own sentence."""
 
+    def verdict(numbers: Numbers) -> Verdict:
+        word, why = (CONFIRMED, so) if condition(numbers) else (otherwise, if_not)
+        return word, why if isinstance(why, str) else why(numbers)
 
-def undecided(why: str) -> Callable[[Numbers], Judgement]:
-    """Open whatever the numbers are."""
-    return lambda numbers: (OPEN, why)
+    return verdict
 
 
 def values(numbers: Numbers, part: str) -> list[float]:
-    """The numbers whose names have a part."""
-    return [value for name, value in numbers.items() if part in name]
+    """The numbers whose labels have a part."""
+    return [value for label, value in numbers.items() if part in label]
+
+
+def row(numbers: Numbers, name: str) -> list[float]:
+    """The numbers of a row."""
+    return [value for label, value in numbers.items() if label.startswith(f"{name}: ")]
+
+
+def column(numbers: Numbers, name: str) -> dict[str, float]:
+    """The numbers of a column, by their rows."""
+    ends = f": {name}"
+    return {label.removesuffix(ends): value for label, value in numbers.items() if label.endswith(ends)}
+
+
+def largest(numbers: Numbers, part: str) -> str:
+    """The largest of some numbers, for a sentence."""
+    return f"{max(values(numbers, part)):.3g}"
