@@ -20,7 +20,7 @@ class NewtonSettings:
 
     tolerance: float = 1e-10
     full: bool = False
-    maximum_iterations: int = 25
+    maximum_iterations: int = 50
     untouched: float = math.inf
 
     def loosened(self, tolerance: float) -> NewtonSettings:
