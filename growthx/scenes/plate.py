@@ -1,4 +1,4 @@
-"""A plate bent by a transverse traction: a scene of any size, its digits known from three other codes."""
+"""A plate and a block bent by a transverse traction: scenes of any size, their digits known from three other codes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from growthx.model.supports import Support
 if TYPE_CHECKING:
     from growthx.discretisation.discretisation import Discretisation
 
-MOST_CELLS = 5000  # over the height: fifty million in all
+MOST_CELLS = {2: 5000, 3: 292}  # over the height: fifty million in all
+TRACTION = 0.02
 
 
 def plate(
@@ -39,23 +40,55 @@ def plate(
     cells: N.  shape: "triangle" halves each quadrilateral.
     n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
     """
-    if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS:
-        raise InputError(
-            f"the number of cells over the plate's height is {shown(cells)}: a whole number from 1 to {MOST_CELLS} is "
-            "needed"
-        )
-    comm = steady(comm)
-    domain = dolfinx.mesh.create_rectangle(comm, ((0.0, 0.0), (2.0, 1.0)), (2 * cells, cells), _cell_type(shape))
-    mesh = Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)})
+    _require_count(cells, 2, "plate")
+    corners = ((0.0, 0.0), (2.0, 1.0))
+    domain = dolfinx.mesh.create_rectangle(steady(comm), corners, (2 * cells, cells), _cell_type(shape))
+    return _bent("plate", domain, n, m, step)
+
+
+def block(
+    cells: int = 8,
+    *,
+    shape: str = "hexahedron",
+    n: float = 2.0,
+    m: float = 3.0,
+    step: float = 0.1,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Scene:
+    """[0, 2] × [0, 1]² in 2N × N × N hexahedra, clamped on the left, dead traction (0, −0.02, 0) on the right.
+
+    cells: N.  shape: "tetrahedron" cuts each hexahedron in six, along the diagonal from its lowest corner to its
+    highest.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+    """
+    _require_count(cells, 3, "block")
+    if shape not in ("hexahedron", "tetrahedron"):
+        raise InputError(f"there are no cells {shown(shape)} in space: hexahedron or tetrahedron would be right")
+    corners, counts = ((0.0, 0.0, 0.0), (2.0, 1.0, 1.0)), (2 * cells, cells, cells)
+    domain = dolfinx.mesh.create_box(steady(comm), corners, counts, getattr(dolfinx.mesh.CellType, shape))
+    return _bent("block", domain, n, m, step)
+
+
+def _bent(name: str, domain: dolfinx.mesh.Mesh, n: float, m: float, step: float) -> Scene:
+    traction = (0.0, -TRACTION, 0.0)[: domain.topology.dim]
     return Scene(
-        name="plate",
-        mesh=mesh,
+        name=name,
+        mesh=Mesh.with_names(
+            domain, {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)}
+        ),
         material=Material(young=1.0, poisson=0.2, reference_density=1.0, density_exponent=n),
         growth=EnergyDrivenGrowth(attractor=0.02, rate=10.0, exponent=m),
         supports=(Support("left"),),
-        loads=(Traction("right", (0.0, -0.02)),),
+        loads=(Traction("right", traction),),
         program=Program(step=step, until=2.5, ramp=0.5),
     )
+
+
+def _require_count(cells: int, dim: int, name: str) -> None:
+    if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS[dim]:
+        raise InputError(
+            f"the number of cells over the {name}'s height is {shown(cells)}: a whole number from 1 to "
+            f"{MOST_CELLS[dim]} is needed"
+        )
 
 
 def _cell_type(shape: str) -> dolfinx.mesh.CellType:
@@ -64,5 +97,6 @@ def _cell_type(shape: str) -> dolfinx.mesh.CellType:
 
 
 def tip_displacement(discretisation: Discretisation) -> float:
-    """u_y (length) at the middle of the loaded end, (2, 0.5)."""
-    return float(discretisation.sample_displacement(np.array([[2.0, 0.5]]))[0, 1])
+    """u_y (length) at the middle of the loaded end, (2, 0.5) or (2, 0.5, 0.5)."""
+    tip = np.array([[2.0, 0.5, 0.5][: discretisation.scene.mesh.dim]])
+    return float(discretisation.sample_displacement(tip)[0, 1])

@@ -3,6 +3,11 @@
 With the factor of an older tangent K̃ the iteration is x ← x − K̃⁻¹ R(x), of linear convergence.  Anderson mixing of the
 last few steps (a secant method on the kept factor) makes it several times faster.  The solution is that of Newton's
 method: the residual is exact, and the same tolerance ends the iteration.
+
+When a new factor pays is decided by counts, not by clocks, so that two runs do the same: within a solution where more
+iterations are still to come, at the rate of the last one, than it costs, and from one solution to the next as any
+machine is replaced that wears out: when the last solution has taken more than the mean of all that were made with it,
+its own cost included.
 """
 
 from __future__ import annotations
@@ -22,7 +27,6 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.solvers.round_off import RoundOff
 
-PATIENCE = 6  # iterations to go, at the rate of the last one, beyond which a new factor is the cheaper way
 DEPTH = 5  # steps that are mixed
 SHORTEST = 2.0**-12  # share of a Newton step
 CONVERGED = "CONVERGED_FNORM_ABS"
@@ -36,13 +40,21 @@ class KeptFactor:
     The factor outlives a call: the next time step begins with it.
     """
 
-    def __init__(self, untouched: float, largest_share: Callable[[Floats, Floats], float], round_off: RoundOff) -> None:
+    def __init__(
+        self,
+        untouched: float,
+        largest_share: Callable[[Floats, Floats], float],
+        round_off: RoundOff,
+        cost: Callable[[], float],
+    ) -> None:
         """untouched: norm of the residual above which a first iterate is never the solution.
 
         largest_share: of a step that may be taken from a position, both of owned unknowns; the same on all ranks.
         round_off: of the residual, at which it is the solution.
+        cost: of a new tangent and its factor, in iterations with an old one.
         """
         self._untouched, self._largest_share, self._round_off = untouched, largest_share, round_off
+        self._cost, self._wear = cost, _Wear()
         self.bold = False  # whether steps are full ones of Newton's method, see `Newton.solve`
         self.shortest_step = 1.0  # share of a step that was taken in the last call
         self.round_off = 0.0  # norm of it, if that was what ended the last call
@@ -54,7 +66,10 @@ class KeptFactor:
         """Bring the residual at x below the solver's absolute tolerance; PETSc calls this."""
         self.round_off = 0.0
         at = _Iteration(snes, x, self._largest_share)
+        if self._wear.is_worn_out:
+            self._factorised = False
         reason = self._iterate(at)
+        self._wear.add(at.count - at.factorised_at)
         self.shortest_step, self.held_back = at.shortest_step, at.is_held_back
         if reason != CONVERGED:
             self._factorised = False
@@ -72,7 +87,7 @@ class KeptFactor:
             if not self._factorised:
                 self._mixing = _Mixing()  # the memory is needed now
                 at.factorise()
-                self._factorised = True
+                self._factorised, self._wear = True, _Wear(self._cost())
             fresh = at.is_factorised_here or self.bold
             newton = at.newton_step()
             if newton is None:
@@ -89,7 +104,7 @@ class KeptFactor:
                 return CONVERGED
             if not moved and fresh:
                 return "DIVERGED_LINE_SEARCH"
-            self._factorised = moved and not self.bold and not at.is_slow(before)
+            self._factorised = moved and not self.bold and not at.is_slow(before, self._wear.cost)
 
     def _is_at_round_off(self, at: _Iteration) -> bool:
         norm = self._round_off.norm(at.position, at.residual)
@@ -97,6 +112,22 @@ class KeptFactor:
             return False
         self.round_off = norm
         return True
+
+
+class _Wear:
+    """What a factor has cost so far, in iterations: its making, and those of the solutions that were made with it."""
+
+    def __init__(self, cost: float = math.inf) -> None:
+        self.cost, self._spent, self._last, self._solutions = cost, cost, 0, 0
+
+    def add(self, iterations: int) -> None:
+        """Those of another solution, or of the rest of the one in which the factor was made."""
+        self._spent, self._last, self._solutions = self._spent + iterations, iterations, self._solutions + 1
+
+    @property
+    def is_worn_out(self) -> bool:
+        """Whether its last solution took more than the mean of all: another factor would do them at less."""
+        return self._solutions > 0 and self._last * self._solutions > self._spent
 
 
 class _Iteration:
@@ -110,6 +141,7 @@ class _Iteration:
         _, _, _, self.limit = snes.getTolerances()
         self.tolerance = snes.atol
         self.count, self.is_factorised_here, self.shortest_step = 0, False, 1.0
+        self.factorised_at = 0  # count of the iterations before the last factor
         self.norms: list[float] = []  # of the residuals so far
         self.is_held_back = False  # whether the last step was shortened by the largest share
         snes.computeFunction(x, self._residual)
@@ -135,7 +167,7 @@ class _Iteration:
         """Assemble the tangent here and factorise it, as the function that SNES calls for it does."""
         matrix, preconditioner = self._snes.getJacobian()[:2]
         self._snes.computeJacobian(self._x, matrix, preconditioner)
-        self.is_factorised_here = True
+        self.is_factorised_here, self.factorised_at = True, self.count
 
     def newton_step(self) -> Floats | None:
         """−K̃⁻¹ R; None if the linear system could not be solved."""
@@ -169,11 +201,11 @@ class _Iteration:
             self._snes.computeFunction(self._trial, self._trial_residual)
         return False
 
-    def is_slow(self, before: float) -> bool:
-        """Whether the rate of the last step, from a norm before, would need too many more."""
+    def is_slow(self, before: float, most: float) -> bool:
+        """Whether the rate of the last step, from a norm before, would need more than so many more."""
         if self.norm <= self.tolerance:
             return False
-        return math.log(self.norm / self.tolerance) > PATIENCE * math.log(before / self.norm)
+        return math.log(self.norm / self.tolerance) > most * math.log(before / self.norm)
 
     @property
     def norm(self) -> float:

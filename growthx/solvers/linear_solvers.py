@@ -44,6 +44,10 @@ LARGEST_SINGLE = {(2, 1): 2_000_000, (2, 2): 2_000_000, (3, 1): 150_000, (3, 2):
 LARGEST_SHARED = 50_000  # … of which each of several ranks makes the same
 LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_000}
 
+# What a new tangent and its factor cost in iterations with an old one, by dimension. Of small systems most of it is the
+# assembly; of large ones in space the factor, whose operations grow faster than its entries (`WORK` of them for each).
+RENEWAL, RENEWAL_OF_MULTIGRID, WORK = {2: 6.0, 3: 12.0}, 6.0, 40.0
+
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
 TOLERANCE = 1e-2
 TOLERANCE_MONOLITHIC = 1e-1
@@ -73,12 +77,12 @@ class _Course:
 class LinearSolver:
     """A KSP that fits a problem's tangent; what PETSc options have made of it shows in `description` and `direct`."""
 
-    def __init__(self, ksp: PETSc.KSP, course: _Course | None = None, *, of_parts: bool = False) -> None:
-        """course: of an iterative one.
+    def __init__(self, ksp: PETSc.KSP, dim: int, course: _Course | None = None, *, of_parts: bool = False) -> None:
+        """dim: of the body.  course: of an iterative one.
 
         of_parts: whether SNES gives the KSP parts of the matrix, as it does where unknowns have bounds.
         """
-        self._ksp, self._course, self._of_parts = ksp, course, of_parts
+        self._ksp, self._dim, self._course, self._of_parts = ksp, dim, course, of_parts
         self.negative_pivots = 0  # of the symmetric matrix that was factorised last, as far as known
         self._replaced: list[PETSc.KSP] = []  # where MUMPS does what CHOLMOD could not
 
@@ -97,6 +101,18 @@ class LinearSolver:
         """Iterations of the iterative solutions so far, the mean; NaN if there was none."""
         course = self._course
         return course.iterations / course.solutions if course and course.solutions else float("nan")
+
+    @property
+    def renewal_cost(self) -> float:
+        """What a new tangent and its factor, or preconditioner, cost, in iterations of Newton's method with old ones.
+
+        Of the order that was measured, but from what does not change from run to run.
+        """
+        parts = _parts(self._ksp)
+        if any(part.getPC().getType() not in (*_FACTORS, PETSc.PC.Type.PYTHON, PETSc.PC.Type.JACOBI) for part in parts):
+            return RENEWAL_OF_MULTIGRID
+        works = [context.work for part in parts if (context := _single(part)) is not None]
+        return max([RENEWAL[self._dim], *(work / WORK for work in works)])
 
     def refresh(self) -> None:
         """Factorise, or make the preconditioner of, the matrix as it is now; call it when the tangent was assembled.
@@ -209,11 +225,11 @@ def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, dire
     bounded = problem.limits() is not None
     if problem.symmetric and not direct and not bounded and _use_single_precision(ksp.getPC(), layout.dofs, layout):
         ksp.setType(PETSc.KSP.Type.PREONLY)
-        return LinearSolver(ksp)
+        return LinearSolver(ksp, layout.dim)
     limit = (LARGEST_CONDENSED if layout.condensed else LARGEST_MONOLITHIC)[layout.dim, layout.degree]
     if direct or bounded or layout.dofs <= limit:
         _factorise(ksp, problem.symmetric)
-        return LinearSolver(ksp, of_parts=bounded)
+        return LinearSolver(ksp, layout.dim, of_parts=bounded)
     _iterate(ksp, problem)
     course = _Course(layout.held)
     ksp.setPostSolve(course)
@@ -222,7 +238,7 @@ def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, dire
         _use_multigrid(ksp.getPC())
     else:
         _split(ksp, problem, matrix)
-    return LinearSolver(ksp, course)
+    return LinearSolver(ksp, layout.dim, course)
 
 
 def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:

@@ -61,7 +61,10 @@ class Newton:
         elif settings.full:
             snes.setType("newtonls")
         else:
-            self._kept = KeptFactor(settings.untouched * self._force_scale, problem.largest_share, self._round_off)
+            untouched = settings.untouched * self._force_scale
+            self._kept = KeptFactor(
+                untouched, problem.largest_share, self._round_off, lambda: self.linear_solver.renewal_cost
+            )
             snes.setType("python")
             snes.setPythonContext(self._kept)
         self._forced = settings.untouched < settings.tolerance

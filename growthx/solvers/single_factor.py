@@ -32,6 +32,7 @@ DECLARATIONS = """
 uintptr_t make(int n, uintptr_t starts, uintptr_t columns);
 int factorise(uintptr_t factor, uintptr_t values);
 int solve(uintptr_t factor, uintptr_t b, uintptr_t x);
+double work(uintptr_t factor);
 void destroy(uintptr_t factor);
 """
 
@@ -108,6 +109,13 @@ static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
     s->b = cholmod_zeros(n, 1, CHOLMOD_REAL + CHOLMOD_SINGLE, &s->common);
     if (!s->factor || !s->b) { destroy((uintptr_t)s); return 0; }
     return (uintptr_t)s;
+}
+
+/* Operations of a factorisation for each entry of the factor. */
+static double work(uintptr_t address)
+{
+    const single *s = (const single *)address;
+    return s && s->common.lnz > 0.0 ? s->common.fl / s->common.lnz : 0.0;
 }
 
 /* values: of all entries.  Whether there is a factor: not of a matrix that is not positive definite. */
@@ -228,6 +236,11 @@ class SingleFactor:
             if not np.linalg.norm(rest) > ENOUGH * size:
                 break
         return x
+
+    @property
+    def work(self) -> float:
+        """Operations of a factorisation for each entry of the factor; zero before the first one."""
+        return float(self._library.work(self._factor))
 
     def destroy(self, pc: PETSc.PC) -> None:
         """Free the memory; PETSc calls this."""

@@ -50,6 +50,37 @@ def test_triangles_halve_the_quadrilaterals():
     assert problem.system.loads.resultant(problem.system.loads.nodal_load) == pytest.approx([0.0, -0.02], abs=1e-15)
 
 
+# of the block, N = 4, in all four codes: u_y at (2, ½, ½), lowest and highest density
+BLOCK = {
+    "Q1": (-0.96524495668, 0.51281277798, 1.0966799703),
+    "Q1P0": (-0.99888944024, 0.52464254285, 0.95585234727),
+    "P1P0": (-0.88467778302, 0.51098276504, 1.1463971278),
+}
+
+
+@pytest.mark.parametrize("variant", BLOCK)
+def test_known_digits_in_space(variant):
+    """NGSolve, felupe and scikit-fem find them, too, with multigrid or a factor, each written by itself."""
+    shape = "tetrahedron" if variant.startswith("P") else "hexahedron"
+    result = gx.solve(scenes.block(4, shape=shape), gx.variants.named(variant))
+    found = (tip_displacement(result.problem), *result.problem.density_range())
+    assert found == pytest.approx(BLOCK[variant], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"cells": 0}, "the number of cells over the block's height is 0: a whole number from 1 to 292 is needed"),
+        ({"shape": "triangle"}, "there are no cells 'triangle' in space: hexahedron or tetrahedron would be right"),
+    ],
+)
+def test_a_block_of_nothing_is_refused(options, said):
+    """In the words that the plate has."""
+    with pytest.raises(InputError) as caught:
+        scenes.block(**options)
+    assert str(caught.value) == said
+
+
 def test_unknown_cells_are_refused():
     """Before a mesh is made."""
     with pytest.raises(InputError) as caught:

@@ -6,7 +6,7 @@ from blocks import block, densities, displacements, run, square
 
 import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
-from growthx.solvers import kept_factor
+from growthx.solvers import kept_factor, linear_solvers
 from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
 
@@ -59,13 +59,39 @@ def test_a_step_that_goes_too_far_is_shortened(variant):
 @kinds
 def test_mixing_saves_iterations(variant, monkeypatch):
     """Without the former steps the same kept factor, where it must do for long, converges more slowly."""
-    monkeypatch.setattr(kept_factor, "PATIENCE", 20)
+    monkeypatch.setattr(linear_solvers, "RENEWAL", {2: 20.0})
+    monkeypatch.setattr(linear_solvers, "RENEWAL_OF_MULTIGRID", 20.0)
     scene = block(square(4, 0.05, shape=variant.cells[0]), program=PROGRAM)
     mixed, _ = run(scene, variant)
     monkeypatch.setattr(kept_factor._Mixing, "improve", lambda self, position, step, residual, comm: step)
     plain, _ = run(scene, variant)
     work = [sum(step.newton.iterations + 5 * step.newton.factorisations for step in steps) for steps in (mixed, plain)]
     assert work[0] < work[1]
+
+
+@kinds
+def test_factors_pay_for_themselves(variant, monkeypatch):
+    """What a factor costs decides how long it is kept: dear ones longer, at the price of more iterations."""
+    scene, found = block(square(4, 0.05, shape=variant.cells[0]), program=PROGRAM), []
+    for cost in (1.0, 1000.0):
+        monkeypatch.setattr(linear_solvers, "RENEWAL", {2: cost, 3: cost})
+        monkeypatch.setattr(linear_solvers, "RENEWAL_OF_MULTIGRID", cost)
+        steps, _ = run(scene, variant)
+        found.append([sum(getattr(step.newton, name) for step in steps) for name in ("factorisations", "iterations")])
+    (cheap, few), (dear, many) = found
+    assert dear < cheap
+    assert many > few
+
+
+def test_a_factor_is_worn_out_by_a_solution_that_takes_more_than_the_mean():
+    """As any machine: the mean cost of its solutions falls at first, and once it rises another one is cheaper."""
+    wear = kept_factor._Wear(12.0)
+    assert not wear.is_worn_out  # it has done nothing yet
+    for iterations, mean in ((4, 16.0), (8, 12.0), (10, 34 / 3)):
+        wear.add(iterations)
+        assert wear.is_worn_out == (iterations > mean)
+    wear.add(12)
+    assert wear.is_worn_out  # 46 / 4 < 12
 
 
 def test_petsc_options_choose_another_method():
