@@ -1,28 +1,26 @@
-"""Files for ParaView that are whole or not there: each is looked at once written, and all move into place together.
-
-DOLFINx says nothing when a disk is full: what it leaves is cut off.
-"""
+"""Files for ParaView that are whole or not there, as all ranks agree."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dolfinx.io import VTKFile
-
 from growthx.common.errors import OutputError, raise_on_all
+from growthx.results.states import vtu
 
 if TYPE_CHECKING:
-    import dolfinx
     from mpi4py import MPI
 
+    from growthx.results.states.grid import Grid, State
+
 HIDDEN = ".growthx-unfinished"  # folder for files that are not yet all there
-END = b"</VTKFile>"
-ORDER = (".vtu", ".pvtu", ".pvd", ".zip", ".csv")  # in which files appear: those that name others after them
+ORDER = (".vtu", ".pvtu", ".pvd", ".vtkhdf", ".zip", ".csv")  # in which files appear: those that name others after them
+SAME = 1e-9  # relative, of times
 
 
 @contextmanager
@@ -31,7 +29,7 @@ def agreed(folder: Path, comm: MPI.Comm) -> Iterator[None]:
     problem = ""
     try:
         yield
-    except (OSError, RuntimeError) as error:  # DOLFINx's are RuntimeErrors
+    except (OSError, RuntimeError) as error:  # HDF5's are RuntimeErrors
         reason = (error.strerror if isinstance(error, OSError) else "") or str(error)
         place = folder.parent if folder.name == HIDDEN else folder
         problem = f"the results cannot be written to {place} ({reason}): a folder with room would be right"
@@ -69,54 +67,70 @@ def _move(hidden: Path, folder: Path) -> None:
         if (folder / file.name).exists():
             raise FileExistsError(0, f"{file.name} is there already")
         with file.open("rb") as content:
-            os.fsync(content)  # what a slow disk or a quota refuses late shows here
+            os.fsync(content)
     for file in files:
         file.rename(folder / file.name)
     hidden.rmdir()
 
 
 class Series:
-    """Functions of a mesh, one state after another in time, as files with a .pvd that names them all."""
+    """States on one grid, one after another in time, as files with a .pvd that names them all.
 
-    def __init__(self, file: Path, comm: MPI.Comm) -> None:
-        """file: the .pvd, in a folder that exists."""
-        self._path, self._comm = file, comm
+    The .pvd is written anew, in one go, when all of a state is there: whoever reads it, or kills the run, finds whole
+    states, all but the one that was being written.
+    """
+
+    def __init__(self, file: Path, grid: Grid, comm: MPI.Intracomm, until: float | None = None) -> None:
+        """file: the .pvd, in a folder that exists.
+
+        until: go on with the states up to this time of a series that is there, if one is; None: there is to be none.
+        """
+        self._path, self._comm, self._part = file, comm, vtu.Part(grid)
+        self._entries: list[tuple[float, str]] = []
         with agreed(file.parent, comm):
-            self._file = VTKFile(comm, file, "w")
+            if until is not None and comm.rank == 0 and file.exists():
+                self._go_on(until)
+        self._entries = comm.bcast(self._entries)
+        self._goes_on = until is not None
 
-    def write(self, functions: list[dolfinx.fem.Function], time: float) -> None:
-        """Append the functions at a time; OutputError, on all ranks, if a file does not become whole."""
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._entries[-1][0] if self._entries else None
+
+    def write(self, state: State, time: float) -> None:
+        """Append a state; OutputError, on all ranks, if it does not become whole, and nothing of it stays."""
+        comm, folder, stem, number = self._comm, self._path.parent, self._path.stem, len(self._entries)
+        parts = [folder / f"{stem}_p{rank}_{number:06d}.vtu" for rank in range(comm.size)]
+        joint = folder / f"{stem}{number:06d}.pvtu"
+        entries = [*self._entries, (float(time), joint.name)]
+        made: list[Path] = []
         try:
-            with agreed(self._path.parent, self._comm):
-                before = self._own()
-                self._file.write_function(functions, time)
-                _check_whole(self._own() - before)
+            with agreed(folder, comm):
+                vtu.write_whole(parts[comm.rank], self._part.content(state, float(time)))
+                made.append(parts[comm.rank])
+            with agreed(folder, comm):
+                if comm.rank == 0:
+                    vtu.write_whole(joint, [vtu.joined(state, [part.name for part in parts]).encode()])
+                    made.append(joint)
+                    over = bool(self._entries) or self._goes_on
+                    vtu.write_whole(self._path, [vtu.listed(entries).encode()], over=over)
         except OutputError:
-            del self._file
+            for file in made:
+                file.unlink(missing_ok=True)
             raise
+        self._entries = entries
 
     def close(self) -> None:
-        """Finish the files; errors as in `write`."""
-        with agreed(self._path.parent, self._comm):
-            # DOLFINx's file writes once more when it goes, so it must go now.
-            del self._file
-            if self._comm.rank == 0:
-                _check_whole({self._path})
+        """Finish the files, which are whole after each state."""
 
-    def _own(self) -> set[Path]:
-        """The files this rank has written, but for the .pvd."""
-        stem, folder = self._path.stem, self._path.parent
-        of_first = folder.glob(f"{stem}*.pvtu") if self._comm.rank == 0 else ()
-        return {*folder.glob(f"{stem}_p{self._comm.rank}_*.vtu"), *of_first}
-
-
-def _check_whole(files: set[Path]) -> None:
-    """Raise OSError for a file without its end, or if there are none."""
-    if not files:
-        raise OSError(0, "files are missing")
-    for file in sorted(files):
-        with file.open("rb") as content:
-            content.seek(0, os.SEEK_END)
-            content.seek(max(0, content.tell() - 2 * len(END)))
-            if not content.read().rstrip().endswith(END):
-                raise OSError(0, f"{file.name} is cut off: the disk may be full")
+    def _go_on(self, until: float) -> None:
+        """Keep the states up to a time, and remove those after it, which are to come once more."""
+        found = vtu.entries(self._path)
+        self._entries = [entry for entry in found if entry[0] <= until * (1 + SAME)]
+        if len(self._entries) < len(found):
+            vtu.write_whole(self._path, [vtu.listed(self._entries).encode()], over=True)
+        for file in self._path.parent.iterdir():
+            number = re.fullmatch(rf"{self._path.stem}(?:_p\d+_)?(\d{{6,}})\.p?vtu", file.name)
+            if number and int(number[1]) >= len(self._entries):
+                file.unlink()
