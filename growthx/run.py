@@ -6,15 +6,17 @@ import logging
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
 from growthx.common.interruption import Interruption
 from growthx.discretisation.discretise import discretise
+from growthx.post.derived import choose
 from growthx.results import checkpoints
 from growthx.results.checkpoints import Checkpoints
+from growthx.results.chosen import check_choice
 from growthx.results.identity import identity
 from growthx.results.plan import Plan, check_plan, plan
 from growthx.results.writing import write
@@ -74,6 +76,7 @@ def solve(
     checkpoint: int | None = None,
     resume: str | os.PathLike[str] | None = None,
     refuge: str | os.PathLike[str] | None = None,
+    fields: Sequence[str] | None = None,
 ) -> Result:
     """Run a scene to its end.
 
@@ -86,16 +89,20 @@ def solve(
     resume: a checkpoint of the same scene, which may have another end, to go on from; or the folder of a run that has
     left some, which may be `out` if nothing else is there.
     refuge: name of a folder to be made for the last state if there is no `out`.
+    fields: names of the fields in the files, `gx.results.FIELDS` has them: each as mean over cells, averaged to nodes
+    and at integration points, or as 'von_mises:cells', ':nodes' or ':points' in one of these places; None: the density
+    and what it follows from.  Nothing else is evaluated.
     Raises RunEndedEarly if a step cannot be solved, RunInterrupted after Ctrl-C, SIGTERM or SIGUSR1 (a second one ends
     the run at once), InputError if `out` is not empty or not writable, or a checkpoint is not one of this run, and
     RunNotWritten if results cannot be written.
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
-    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge)
-    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm)
+    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge, fields=fields)
+    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm, fields)
     stepping = FixedSteps() if stepping is None else stepping
     start = time.perf_counter()
     problem = discretise(scene, variant)
+    check_choice(choose(fields), problem)
     steps = march(scene, variant, problem, tolerance, stepping=stepping, full_newton=full_newton)
     settings = NewtonSettings(tolerance, full_newton)
     run = _Run(steps, places, Checkpoints(problem, lambda: identity(problem, stepping, settings)))
@@ -152,7 +159,7 @@ class _Run:
             raise self._interrupted(number, folder)
         if folder is not None and result.steps:
             try:
-                write(folder, result, density=True)
+                write(folder, result, density=True, fields=self._places.fields)
             except OutputError as error:
                 raise RunNotWritten(result, error) from error
             result.folder = folder

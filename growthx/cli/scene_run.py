@@ -28,6 +28,15 @@ SCHEMES = "scheme of time integration: implicit-euler, tr-bdf2 or sdirk2"
 LAST_STATE = "growthx-last-state"  # folder of runs that end early and have none
 IN_OUT = ""  # --resume alone
 
+FIELDS = (
+    "with --out, write these fields alone, by their names with commas: each as mean over cells, averaged to nodes and "
+    "at points of integration, or in one place, as von_mises:cells, von_mises:nodes or von_mises:points; of density, "
+    "relative_change, stimulus, mass_source, major_stress, minor_stress, displacement, strain_energy, "
+    "strain_energy_per_mass, young, green_lagrange_strain, hencky_strain, principal_strains, strain_direction_1, "
+    "strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, principal_stresses, "
+    "stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, source, stresses)"
+)
+
 
 def of_scene(scene: SceneCommand) -> Command:
     """The command that solves a scene."""
@@ -48,6 +57,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+    parser.add_argument("--fields", metavar="NAMES", help=FIELDS)
     _add_checkpoints(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
@@ -88,6 +98,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
                 checkpoint=options.checkpoint,
                 resume=_source(options),
                 refuge=LAST_STATE,
+                fields=None if options.fields is None else [name.strip() for name in options.fields.split(",")],
             )
     except (RunEndedEarly, RunNotWritten) as ended:
         result, status = ended.result, ended.exit_status

@@ -13,10 +13,13 @@ from growthx.common.checks import (
     require_path,
 )
 from growthx.common.errors import InputError, shown
+from growthx.post.derived import choose
 from growthx.results.checkpoints import find, is_part_of
 from growthx.results.folders import free_folder, new_folder
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mpi4py import MPI
 
 
@@ -26,13 +29,14 @@ class Plan:
 
     folder: for results and checkpoints, None if nowhere.  every: steps from one planned checkpoint to the next, None
     for none.  source: the checkpoint that the run goes on from.  refuge: a name for a folder, to be made for the last
-    state where there is none.
+    state where there is none.  fields: names of the fields that are written, None for those that always are.
     """
 
     folder: Path | None = None
     every: int | None = None
     source: Path | None = None
     refuge: str | os.PathLike[str] | None = None
+    fields: tuple[str, ...] | None = None
 
     @property
     def keeps_start(self) -> bool:
@@ -59,14 +63,15 @@ def plan(
     resume: str | os.PathLike[str] | None,
     refuge: str | os.PathLike[str] | None,
     comm: MPI.Intracomm,
+    fields: Sequence[str] | None = None,
 ) -> Plan:
     """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
     source = None if resume is None else find(resume, comm)
     folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
-    return Plan(folder, every, source, refuge)
+    return Plan(folder, every, source, refuge, None if fields is None else tuple(fields))
 
 
-def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any) -> None:
+def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any, fields: Any = None) -> None:
     """Refuse what a run cannot keep its results in, go on from, or tell of its steps."""
     for place, what in (
         (out, "the folder for results"),
@@ -77,6 +82,10 @@ def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: An
             require_path(place, what)
     if watch is not None:
         require_function(watch, "watch", "a function of the result so far")
+    if choose(fields) is not None and out is None:
+        raise InputError(
+            f"the fields {', '.join(fields)} are to be written, but nowhere: a folder to write to is needed"
+        )
     if checkpoint is None:
         return
     if not isinstance(checkpoint, Integral) or isinstance(checkpoint, bool) or checkpoint < 1:
