@@ -26,7 +26,7 @@ def add_picture(parser: argparse.ArgumentParser) -> None:
 def check(options: argparse.Namespace, comm: MPI.Comm) -> None:
     """Refuse, before a long run, a picture that could not be drawn as asked for (collective)."""
     from growthx.common.checks import check_picture
-    from growthx.post.plots import IMAGES
+    from growthx.post.drawing import IMAGES
 
     if options.picture is not None:
         check_picture(options.picture, IMAGES, comm)
