@@ -61,6 +61,8 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     _add_checkpoints(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
+        if scene.in_space:
+            picture.add_views(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
 
@@ -83,7 +85,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     setup = time.perf_counter() - start
     if command.drawn_in is not None:
-        picture.check(options, scene.mesh.comm)
+        picture.check(options, scene.mesh)
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:

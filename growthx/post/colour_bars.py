@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+MOST_LETTERS = 18  # in a line of a title
+FEWEST, MOST = 0.1, 1000.0  # of numbers that two digits after the point suit
 WIDTH = 220  # pixels, of a bar with its numbers
 COLOUR_BAR = {
     "vertical": True,
@@ -36,7 +39,7 @@ def add_colour_bars(plotter: Any, mapper: Any, scales: Sequence[Scale], rests: b
     for place, scale in enumerate(scales):
         bar = plotter.add_scalar_bar(
             mapper=mapper,
-            title=f"{scale.title}\n",  # a line clear between title and bar
+            title=_in_lines(scale.title) + "\n",  # a line clear between title and bar
             nan_annotation=rests,
             position_x=(place + 0.2) / len(scales),
             width=0.5 / len(scales),
@@ -46,10 +49,22 @@ def add_colour_bars(plotter: Any, mapper: Any, scales: Sequence[Scale], rests: b
         colours.DeepCopy(bar.GetLookupTable())
         colours.SetRange(scale.low, scale.high)
         bar.SetLookupTable(colours)
+        bar.SetLabelFormat(_format(scale))
         bar.SetNanAnnotation("")  # there is no room beside it
         write_in_greek(bar.GetTitleTextProperty())
     if rests:
         plotter.add_text("does not grow", (0.1, 0.04), color="black", font_size=11, viewport=True)
+
+
+def _in_lines(title: str) -> str:
+    """A title in lines that are no wider than a bar with its numbers."""
+    return "\n".join(textwrap.wrap(title, MOST_LETTERS, break_long_words=False))
+
+
+def _format(scale: Scale) -> str:
+    """How the numbers are written: two digits after the point, unless they would tell nothing, or too much."""
+    largest = max(abs(scale.low), abs(scale.high))
+    return str(COLOUR_BAR["fmt"]) if FEWEST <= largest < MOST or largest == 0 else "%.3g"
 
 
 def font() -> str:

@@ -49,7 +49,7 @@ def importers(library):
         ("vtkmodules", {"meshing/formats/apart/vtk_reader"}),
         ("defusedxml", {"meshing/formats/febio", "meshing/formats/apart/meshio_reader"}),
         ("petsc4py", {"solvers/newton", "solvers/linear_solvers", "solvers/tangent"}),
-        ("pyvista", {"post/plots", "post/mesh_picture"}),
+        ("pyvista", {"post/plots", "post/mesh_picture", "post/space/body", "post/space/panels"}),
         ("rich", {"cli/report"}),
         ("ffcx", {"fem/kernels"}),
         ("cffi", {"fem/kernels"}),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from growthx.post.colour_bars import WIDTH as BAR_WIDTH
-from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
+from growthx.post.colour_bars import Scale, add_colour_bars, font
 from growthx.post.display import display
 from growthx.post.drawing import ARROW_COLOURS, COLOUR_MAP, PANEL_WIDTH, RESTING_COLOUR, TEXT_HEIGHT
 from growthx.post.space.body import MOVED, VALUE, SpaceBody
@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     from growthx.post.space.planes import Plane
 
 OUTSIDE = (0.6, -1.0, 0.5)  # from where the outside is seen
+COLOURS = tuple(ARROW_COLOURS[i] for i in (0, 2, 5, 4, 3, 1))  # of arrows: first those far from the densities' greens
 LIGHT = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}  # colours in the shade, too, are near those of the bar
 NOTHING = "#000000"  # behind a picture in grey, as air is black in a CT
 MARGIN = 1.08
+NUDGE = (
+    1e-6  # of a body's size, by which a plane is off its point: sides of cells that lie in it belong to neither cell
+)
+HIDDEN = 1e-3  # of a body's size, along an arrow: where it is told to be inside
 ARROW_LENGTH = 0.28  # of the body's extent, of the largest force
 
 
@@ -33,7 +38,7 @@ class Panel:
     """What is seen in one part of a picture.
 
     parts: meshes with pyvista's options of how they look, the coloured ones by `VALUE`.  toward: from where it is seen.
-    up: what is upwards.  legend: names and colours.
+    up: what is upwards.  axes: whether they are drawn.  legend: names and colours.
     """
 
     label: str
@@ -41,6 +46,7 @@ class Panel:
     toward: tuple[float, ...]
     up: tuple[float, ...]
     grey: bool = False
+    axes: bool = True
     legend: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -55,20 +61,22 @@ def outside(body: SpaceBody, arrows: Sequence[Arrow], label: str = "outside") ->
 def section(body: SpaceBody, plane: Plane, *, grey: bool = False, label: str = "") -> Panel:
     """Where a plane cuts the body at rest, as that has moved since; grey: as a CT shows it."""
     look: dict[str, Any] = {"lighting": False}
-    parts = _coloured(body, lambda grid: grid.slice(normal=plane.normal, origin=plane.point), look)
+    whole = _whole(body)
+    inward = np.sign((np.array(whole.center) - plane.point) @ plane.normal) or 1.0
+    origin = np.array(plane.point) + inward * NUDGE * whole.length * np.array(plane.normal)
+    parts = _coloured(body, lambda grid: grid.slice(normal=plane.normal, origin=origin), look)
     if not grey:
-        cut = _whole(body).slice(normal=plane.normal, origin=plane.point).warp_by_vector(MOVED)
+        cut = whole.slice(normal=plane.normal, origin=origin).warp_by_vector(MOVED)
         border = cut.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
         parts.append((border, {"color": "black", "line_width": 1.5, "lighting": False}))
-    return Panel(label or plane.label, parts, plane.normal, plane.up, grey)
+    return Panel(label or plane.label, parts, plane.normal, plane.up, grey, axes=not plane.is_named)
 
 
 def cut_away(body: SpaceBody, plane: Plane, arrows: Sequence[Arrow]) -> Panel:
     """What lies behind a plane, with the loads on the whole body, seen from before it and a little from the side."""
     parts = _coloured(body, lambda grid: grid.clip(normal=plane.normal, origin=plane.point).extract_surface(), LIGHT)
     whole = _whole(body).extract_surface()
-    edges = whole.extract_feature_edges(feature_angle=60).warp_by_vector(MOVED)
-    parts.append((edges, {"color": "grey", "line_width": 1.0, "lighting": False}))
+    parts.append(_edges(whole))
     shafts, legend = _arrows(whole, arrows)
     aside = np.cross(plane.up, plane.normal)
     toward = np.array(plane.normal) + 0.35 * aside + 0.3 * np.array(plane.up)
@@ -89,9 +97,16 @@ def threshold(body: SpaceBody, above: float | None, below: float | None, label: 
         return grid.extract_surface()
 
     parts = _coloured(body, within, LIGHT, resting=False)
-    skin = _whole(body).extract_surface().warp_by_vector(MOVED)
-    parts.append((skin, {"color": "#9fb6c8", "opacity": 0.15, "lighting": False}))
+    skin = _whole(body).extract_surface()
+    parts.append((skin.warp_by_vector(MOVED), {"color": "#9fb6c8", "opacity": 0.15, "lighting": False}))
+    parts.append(_edges(skin))
     return Panel(label, parts, OUTSIDE, (0.0, 0.0, 1.0))
+
+
+def _edges(surface: Any) -> tuple[Any, dict[str, Any]]:
+    """The sharp edges of a body's surface, if it has any."""
+    edges = surface.extract_feature_edges(feature_angle=60).warp_by_vector(MOVED)
+    return edges, {"color": "grey", "line_width": 1.0, "lighting": False}
 
 
 def _whole(body: SpaceBody) -> Any:
@@ -120,19 +135,14 @@ def _arrows(surface: Any, arrows: Sequence[Arrow]) -> tuple[list[tuple[Any, dict
     size = surface.length
     scale = ARROW_LENGTH * size / max(arrow.size for arrow in arrows)
     labels = dict.fromkeys(arrow.label for arrow in arrows)
-    colours = {label: ARROW_COLOURS[i % len(ARROW_COLOURS)] for i, label in enumerate(labels)}
-    centre, shafts = np.array(surface.center), []
+    colours = {label: COLOURS[i % len(COLOURS)] for i, label in enumerate(labels)}
+    shafts = []
     for arrow in arrows:
-        shaft, place = scale * np.array(arrow.force), np.array(arrow.place)
-        pushes = shaft @ (place - centre) < 0
-        way = (-1 if pushes else 1) * shaft / np.linalg.norm(shaft)
-        # Where the boundary is curved, the middle of a force lies inside it.
-        out, _ = surface.ray_trace(place + 1e-6 * size * way, place + size * way)
-        place = out[-1] if len(out) else place
+        shaft, place = scale * np.array(arrow.force), _nearest(surface, np.array(arrow.place))
         length = float(np.linalg.norm(shaft))
         radius = 0.006 * size / length
         shape = pyvista.Arrow(
-            start=place - shaft if pushes else place,
+            start=place - shaft if _pushes(surface, place, shaft) else place,
             direction=shaft,
             scale=length,
             shaft_radius=radius,
@@ -140,7 +150,22 @@ def _arrows(surface: Any, arrows: Sequence[Arrow]) -> tuple[list[tuple[Any, dict
             tip_length=min(0.6, 6 * radius),
         )
         shafts.append((shape, {"color": colours[arrow.label], "lighting": False}))
-    return shafts, [(f" {label}", colour) for label, colour in colours.items()]
+    return shafts, list(colours.items())
+
+
+def _nearest(surface: Any, place: Floats) -> Floats:
+    """The place of the surface that is nearest: where a boundary is curved, the middle of a force lies inside it."""
+    return np.asarray(surface.find_closest_cell(place, return_closest_point=True)[1])
+
+
+def _pushes(surface: Any, place: Floats, shaft: Floats) -> bool:
+    """Whether an arrow is to end at a place, instead of beginning there, where the body would hide it."""
+    way = surface.length * shaft / np.linalg.norm(shaft)
+    # A ray from inside meets the surface an odd number of times.
+    before, after = (len(surface.ray_trace(place + sign * HIDDEN * way, place + sign * way)[0]) % 2 for sign in (-1, 1))
+    if before != after:
+        return bool(after)
+    return bool(shaft @ (place - np.array(surface.center)) < 0)
 
 
 def render(panels: Sequence[Panel], scales: Sequence[Scale], rests: bool, path: Path, columns: int) -> None:
@@ -182,6 +207,8 @@ def _draw(plotter: Any, panel: Panel, limits: tuple[float, float]) -> Any:
         colours = {}
         if "scalars" in look:
             colours = {"cmap": "gray" if panel.grey else COLOUR_MAP, "clim": (low, high), "show_scalar_bar": False}
+        if not mesh.n_points:
+            continue
         actor = plotter.add_mesh(mesh, **look, **colours)
         if colours and not panel.grey:
             actor.mapper.lookup_table.nan_color = RESTING_COLOUR
@@ -189,13 +216,12 @@ def _draw(plotter: Any, panel: Panel, limits: tuple[float, float]) -> Any:
     text = "white" if panel.grey else "black"
     if panel.grey:
         plotter.set_background(NOTHING, all_renderers=False)
-    plotter.add_text(panel.label, position="upper_left", color=text, font_size=12, font_file=font())
-    plotter.add_axes(color=text, line_width=3)
-    if panel.legend:
-        size = (0.4, 0.035 * len(panel.legend))
-        box = plotter.add_legend(panel.legend, bcolor=None, face="rectangle", size=size, loc="upper right")
-        write_in_greek(box.GetEntryTextProperty())
-        box.GetEntryTextProperty().SetColor(0.0, 0.0, 0.0)
+    plotter.add_text(panel.label, (0.02, 0.955), color=text, font_size=12, font_file=font(), viewport=True)
+    if panel.axes:
+        plotter.add_axes(color=text, line_width=3, viewport=(0.0, 0.0, 0.18, 0.1))
+    for row, (name, colour) in enumerate(panel.legend):
+        place = (0.02, 0.92 - 0.03 * row)
+        plotter.add_text(f"→ {name}", place, color=colour, font_size=10, font_file=font(), viewport=True)
     plotter.enable_parallel_projection()
     right, up = _axes(panel)
     middle = np.mean([_span(panel, axis) for axis in (right, up, np.cross(right, up))], axis=1)
@@ -216,7 +242,7 @@ def _axes(panel: Panel) -> tuple[Floats, Floats]:
 
 def _span(panel: Panel, axis: Floats) -> tuple[float, float]:
     """From where to where what is seen reaches along an axis."""
-    along = np.concatenate([np.asarray(mesh.points) @ axis for mesh, _ in panel.parts])
+    along = np.concatenate([np.asarray(mesh.points) @ axis for mesh, _ in panel.parts if mesh.n_points])
     return float(along.min()), float(along.max())
 
 

@@ -135,7 +135,12 @@ def threshold(
             raise InputError(f"nothing of the body is {label}: its {field} reaches from {low:.4g} to {high:.4g}")
 
     _show(
-        problem, path, look, lambda body: [panels.threshold(body, above, below, f"{look.name()} {label}")], check=check
+        problem,
+        path,
+        look,
+        lambda body: [panels.threshold(body, above, below, f"{look.name()} {label}")],
+        check=check,
+        rests=False,
     )
 
 
@@ -167,10 +172,15 @@ def _show(
     path: str | os.PathLike[str],
     look: Look,
     drawn: Callable[[SpaceBody], list[panels.Panel]],
+    *,
     columns: int = COLUMNS,
     check: Callable[[SpaceBody], None] | None = None,
+    rests: bool = True,
 ) -> None:
-    """Gather the body, and draw the panels that are made of it on rank 0 (collective)."""
+    """Gather the body, and draw the panels that are made of it on rank 0 (collective).
+
+    rests: whether what does not grow is drawn.
+    """
     second = second_scale([problem], look.scale)
     body = look.body(problem)
     if check is not None:
@@ -181,6 +191,6 @@ def _show(
         scales = [Scale(look.name(), low, high)]
         if second is not None:
             scales.append(Scale(second[0], *(second[1] * (1 + limit) for limit in (low, high))))
-        panels.render(drawn(body), scales, bool((~body.grows).any()), Path(path), columns)
+        panels.render(drawn(body), scales, rests and bool((~body.grows).any()), Path(path), columns)
 
     on_rank_0(problem, path, draw)

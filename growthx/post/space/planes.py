@@ -26,12 +26,14 @@ UPRIGHT = 0.9  # cosine: of a plane whose normal is nearer to z, y is drawn upwa
 class Plane:
     """A plane, seen from where its normal points to.
 
-    point: on it, (3,).  normal: of length one, (3,).  label: what is written above its picture.
+    point: on it, (3,).  normal: of length one, (3,).  label: what is written above its picture.  is_named: whether it
+    is one of anatomy, whose label tells the axes.
     """
 
     point: tuple[float, ...]
     normal: tuple[float, ...]
     label: str
+    is_named: bool = False
 
     @property
     def up(self) -> tuple[float, float, float]:
@@ -66,7 +68,9 @@ def plane_of(wanted: Any, mesh: Mesh) -> Plane:
             )
         named = NORMALS[wanted]
         axis = int(np.argmax(np.abs(named)))
-        return Plane(tuple(middle), named, f"{wanted}, {AXES[axis]} = {middle[axis]:.4g}")
+        across, upward = (AXES[i] for i in range(3) if i != axis)
+        at = np.round(middle[axis] / np.max(high - low), 6) * np.max(high - low) + 0.0  # no round-off, no −0
+        return Plane(tuple(middle), named, f"{wanted}, {AXES[axis]} = {at:.4g}   ({across} →, {upward} ↑)", True)
     if not isinstance(wanted, (tuple, list)) or len(wanted) != 2:
         raise InputError(
             f"the plane is {shown(wanted)}: one of {', '.join(NORMALS)}, or a point and a normal, is needed"
