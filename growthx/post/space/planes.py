@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # superior.
 NORMALS = {"coronal": (0.0, -1.0, 0.0), "axial": (0.0, 0.0, 1.0), "sagittal": (1.0, 0.0, 0.0)}
 AXES = "xyz"
+ALIKE = 1 + 1e-6  # extents of a body that are the same but for round-off
 UPRIGHT = 0.9  # cosine: of a plane whose normal is nearer to z, y is drawn upwards
 
 
@@ -60,7 +61,8 @@ def plane_of(wanted: Any, mesh: Mesh) -> Plane:
     low, high = extent(mesh)
     middle = (low + high) / 2
     if wanted is None:
-        wanted = {1: "coronal", 2: "axial", 0: "sagittal"}[int(np.argmin(high - low))]
+        extents = {"coronal": (high - low)[1], "sagittal": (high - low)[0], "axial": (high - low)[2]}
+        wanted = next(name for name, size in extents.items() if size <= ALIKE * min(extents.values()))
     if isinstance(wanted, str):
         if wanted not in NORMALS:
             raise InputError(
