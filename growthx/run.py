@@ -16,9 +16,9 @@ from growthx.discretisation.discretise import discretise
 from growthx.post.derived import choose
 from growthx.results import checkpoints
 from growthx.results.checkpoints import Checkpoints
-from growthx.results.states.chosen import check_choice
 from growthx.results.identity import identity
 from growthx.results.plan import Plan, check_plan, plan
+from growthx.results.states.chosen import check_choice
 from growthx.results.writing import write
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run

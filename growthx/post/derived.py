@@ -149,11 +149,13 @@ class NodeFields:
 
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (local nodes,) and that of its rank."""
-        entries = self._entries.values()
-        found = {}
+        entries, found = self._entries.values(), {}
+        averaged: dict[Any, Floats] = {}  # by value: several fields read one
         for field in self._fields:
             if field.exact is None:
-                found[field.name] = field.read(self._averaged(self._extrapolated(entries[field.name])))
+                if field.value not in averaged:
+                    averaged[field.value] = self._averaged(self._extrapolated(entries[field.name]))
+                found[field.name] = field.read(averaged[field.value])
             else:
                 found[field.name] = self._averaged(self._exact(field)).reshape(-1, *SHAPES[field.rank])
         return found

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from growthx.common.checks import require_path
 from growthx.common.errors import OutputError
 from growthx.post.derived import choose
-from growthx.results.states.chosen import check_choice, writers
 from growthx.results.density import write_density
 from growthx.results.history import write_history
 from growthx.results.series import agreed, aside
+from growthx.results.states.chosen import check_choice, writers
 from growthx.stepping.arguments import require_result
 
 if TYPE_CHECKING:

@@ -59,10 +59,9 @@ def test_the_body_has_the_values_and_the_volume(name, smoothed):
     else:
         assert (low, high) == pytest.approx(problem.density_range(), rel=1e-12)
     if COMM.rank == 0:
-        grid = found.grid(found.grows)
-        assert grid.volume == pytest.approx(1.0, rel=1e-6)
-        assert grid.extract_surface().area == pytest.approx(6.0, rel=1e-6)  # no inner sides
-        assert found.grid(~found.grows) is None
+        assert found.growing.volume == pytest.approx(1.0, rel=1e-6)
+        assert found.growing.extract_surface().area == pytest.approx(6.0, rel=1e-6)  # no inner sides
+        assert found.resting is None and found.whole is found.growing
 
 
 def test_a_slice_shows_the_densities_of_its_plane(monkeypatch, shared_folder):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,8 +49,22 @@ class SpaceBody:
         seen = self.values[self.grows] if self.grows.any() else self.values
         return float(seen.min()), float(seen.max())
 
-    def grid(self, cells: Marks) -> Any:
-        """Some of its cells as a pyvista grid whose neighbours share their points, or None if there are none."""
+    @cached_property
+    def whole(self) -> Any:
+        """All of it as a pyvista grid whose neighbours share their points."""
+        return self.growing if self.grows.all() else self._grid(np.ones(len(self.grows), dtype=bool))
+
+    @cached_property
+    def growing(self) -> Any:
+        """What of it grows, as such a grid; None if nothing does."""
+        return self._grid(self.grows)
+
+    @cached_property
+    def resting(self) -> Any:
+        """What of it does not grow, as such a grid; None if all grows."""
+        return self._grid(~self.grows)
+
+    def _grid(self, cells: Marks) -> Any:
         import pyvista
 
         if not cells.any():
@@ -113,5 +128,5 @@ def _values(problem: Discretisation, name: str, smoothed: bool) -> tuple[Subcell
 
 def range_of(body: SpaceBody, problem: Discretisation) -> tuple[float, float]:
     """The lowest and highest value of a body, as rank 0 has gathered it, on all ranks (collective)."""
-    low, high = problem.comm.bcast(body.limits)
+    low, high = problem.comm.bcast(body.limits if problem.comm.rank == 0 else None)
     return low, high

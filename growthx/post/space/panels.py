@@ -52,7 +52,7 @@ class Panel:
 
 def outside(body: SpaceBody, arrows: Sequence[Arrow], label: str = "outside") -> Panel:
     """The whole surface, with the loads."""
-    grid = _whole(body)
+    grid = body.whole
     parts = _coloured(body, lambda grid: grid.extract_surface(), LIGHT)
     shafts, legend = _arrows(grid.extract_surface(), arrows)
     return Panel(label, parts + shafts, OUTSIDE, (0.0, 0.0, 1.0), legend=legend)
@@ -61,7 +61,7 @@ def outside(body: SpaceBody, arrows: Sequence[Arrow], label: str = "outside") ->
 def section(body: SpaceBody, plane: Plane, *, grey: bool = False, label: str = "") -> Panel:
     """Where a plane cuts the body at rest, as that has moved since; grey: as a CT shows it."""
     look: dict[str, Any] = {"lighting": False}
-    whole = _whole(body)
+    whole = body.whole
     inward = np.sign((np.array(whole.center) - plane.point) @ plane.normal) or 1.0
     origin = np.array(plane.point) + inward * NUDGE * whole.length * np.array(plane.normal)
     parts = _coloured(body, lambda grid: grid.slice(normal=plane.normal, origin=origin), look)
@@ -72,10 +72,15 @@ def section(body: SpaceBody, plane: Plane, *, grey: bool = False, label: str = "
     return Panel(label or plane.label, parts, plane.normal, plane.up, grey, axes=not plane.is_named)
 
 
+def grey_range(limits: tuple[float, float]) -> tuple[float, float]:
+    """What is black and what is white in grey: nothing is as air, the most as the densest bone."""
+    return min(0.0, limits[0]), limits[1]
+
+
 def cut_away(body: SpaceBody, plane: Plane, arrows: Sequence[Arrow]) -> Panel:
     """What lies behind a plane, with the loads on the whole body, seen from before it and a little from the side."""
     parts = _coloured(body, lambda grid: grid.clip(normal=plane.normal, origin=plane.point).extract_surface(), LIGHT)
-    whole = _whole(body).extract_surface()
+    whole = body.whole.extract_surface()
     parts.append(_edges(whole))
     shafts, legend = _arrows(whole, arrows)
     aside = np.cross(plane.up, plane.normal)
@@ -97,7 +102,7 @@ def threshold(body: SpaceBody, above: float | None, below: float | None, label: 
         return grid.extract_surface()
 
     parts = _coloured(body, within, LIGHT, resting=False)
-    skin = _whole(body).extract_surface()
+    skin = body.whole.extract_surface()
     parts.append((skin.warp_by_vector(MOVED), {"color": "#9fb6c8", "opacity": 0.15, "lighting": False}))
     parts.append(_edges(skin))
     return Panel(label, parts, OUTSIDE, (0.0, 0.0, 1.0))
@@ -109,17 +114,14 @@ def _edges(surface: Any) -> tuple[Any, dict[str, Any]]:
     return edges, {"color": "grey", "line_width": 1.0, "lighting": False}
 
 
-def _whole(body: SpaceBody) -> Any:
-    return body.grid(np.ones(len(body.grows), dtype=bool))
-
-
 def _coloured(
     body: SpaceBody, seen: Callable[[Any], Any], look: dict[str, Any], *, resting: bool = True
 ) -> list[tuple[Any, dict[str, Any]]]:
     """What is seen of a body where it has moved to: what grows in colours, the rest plain."""
     parts = []
-    for cells, options in ((body.grows, {"scalars": VALUE}), (~body.grows, {"color": RESTING_COLOUR})):
-        grid = body.grid(cells) if resting or "scalars" in options else None
+    shown = [(body.growing, {"scalars": VALUE})]
+    shown += [(body.resting, {"color": RESTING_COLOUR})] if resting else []
+    for grid, options in shown:
         shape = None if grid is None else seen(grid)
         if shape is not None and shape.n_points:
             parts.append((shape.warp_by_vector(MOVED), {**options, **look}))
@@ -202,11 +204,11 @@ def render(panels: Sequence[Panel], scales: Sequence[Scale], rests: bool, path: 
 def _draw(plotter: Any, panel: Panel, limits: tuple[float, float]) -> Any:
     """Put a panel into the plotter's current part; returns what maps its values to colours, None if grey."""
     mapper = None
-    low, high = (min(0.0, limits[0]), limits[1]) if panel.grey else limits
+    limits = grey_range(limits) if panel.grey else limits
     for mesh, look in panel.parts:
         colours = {}
         if "scalars" in look:
-            colours = {"cmap": "gray" if panel.grey else COLOUR_MAP, "clim": (low, high), "show_scalar_bar": False}
+            colours = {"cmap": "gray" if panel.grey else COLOUR_MAP, "clim": limits, "show_scalar_bar": False}
         if not mesh.n_points:
             continue
         actor = plotter.add_mesh(mesh, **look, **colours)

@@ -98,7 +98,9 @@ def slices(
         seen = [panels.section(body, plane) for plane in found]
         if not grey:
             return seen
-        greys = [panels.section(body, plane, grey=True, label=f"in grey: {plane.label}") for plane in found]
+        low, high = panels.grey_range(body.limits)
+        words = f"grey, {low:.3g} to {high:.3g}: "
+        greys = [panels.section(body, plane, grey=True, label=words + plane.label) for plane in found]
         return [panel for pair in zip(seen, greys, strict=True) for panel in pair]
 
     _show(problem, path, look, drawn, columns=2 if grey else COLUMNS)
