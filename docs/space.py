@@ -46,6 +46,7 @@ def block():
 
 
 def main():
+    """Solve, and draw."""
     problem = gx.solve(block(), gx.Q1P0, stepping=gx.AdaptiveSteps(1e-2)).problem
     gx.plots.density(problem, HERE / "space.png", title=UNIT)
     gx.plots.slices(problem, HERE / "slices.png", ["coronal", ((0, 0, 20), (1, 0, 1))], title=UNIT, grey=True)

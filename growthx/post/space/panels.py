@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -25,6 +26,7 @@ OUTSIDE = (0.6, -1.0, 0.5)  # from where the outside is seen
 COLOURS = tuple(ARROW_COLOURS[i] for i in (0, 2, 5, 4, 3, 1))  # of arrows: first those far from the densities' greens
 LIGHT = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}  # colours in the shade, too, are near those of the bar
 NOTHING = "#000000"  # behind a picture in grey, as air is black in a CT
+MOST_LETTERS = 52  # in a line above a panel
 MARGIN = 1.08
 NUDGE = (
     1e-6  # of a body's size, by which a plane is off its point: sides of cells that lie in it belong to neither cell
@@ -218,7 +220,9 @@ def _draw(plotter: Any, panel: Panel, limits: tuple[float, float]) -> Any:
     text = "white" if panel.grey else "black"
     if panel.grey:
         plotter.set_background(NOTHING, all_renderers=False)
-    plotter.add_text(panel.label, (0.02, 0.955), color=text, font_size=12, font_file=font(), viewport=True)
+    lines = textwrap.wrap(panel.label, MOST_LETTERS, drop_whitespace=False) or [""]
+    place = 0.02, 0.955 - 0.03 * (len(lines) - 1)
+    plotter.add_text("\n".join(lines), place, color=text, font_size=12, font_file=font(), viewport=True)
     if panel.axes:
         plotter.add_axes(color=text, line_width=3, viewport=(0.0, 0.0, 0.18, 0.1))
     for row, (name, colour) in enumerate(panel.legend):

@@ -99,8 +99,8 @@ def slices(
         if not grey:
             return seen
         low, high = panels.grey_range(body.limits)
-        words = f"grey, {low:.3g} to {high:.3g}: "
-        greys = [panels.section(body, plane, grey=True, label=words + plane.label) for plane in found]
+        label = f"the same in grey, {low:.3g} to {high:.3g}"
+        greys = [panels.section(body, plane, grey=True, label=label) for plane in found]
         return [panel for pair in zip(seen, greys, strict=True) for panel in pair]
 
     _show(problem, path, look, drawn, columns=2 if grey else COLUMNS)
