@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from growthx.cli import picture
+from growthx.cli import picture, states
 from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
@@ -48,6 +48,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+    states.add_states(parser)
     _add_checkpoints(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
@@ -82,6 +83,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
                 scene,
                 variant,
                 out=options.out,
+                **states.chosen(options),
                 watch=watch,
                 stepping=stepping,
                 full_newton=options.full_newton,

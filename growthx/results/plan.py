@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from growthx.common.checks import (
 from growthx.common.errors import InputError, shown
 from growthx.results.checkpoints import find, is_part_of
 from growthx.results.folders import free_folder, new_folder
+from growthx.results.states.choice import Choice, check_choice
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -26,20 +27,25 @@ class Plan:
 
     folder: for results and checkpoints, None if nowhere.  every: steps from one planned checkpoint to the next, None
     for none.  source: the checkpoint that the run goes on from.  refuge: a name for a folder, to be made for the last
-    state where there is none.
+    state where there is none.  states: those that are kept on the way.
     """
 
     folder: Path | None = None
     every: int | None = None
     source: Path | None = None
     refuge: str | os.PathLike[str] | None = None
+    states: Choice = field(default_factory=Choice)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether what was resumed is in the same folder."""
+        there = self.folder is not None and self.source is not None
+        return there and self.source.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
 
     @property
     def keeps_start(self) -> bool:
-        """Whether the state at the start is kept: what was resumed from the same folder is there already."""
-        there = self.folder is not None and self.source is not None
-        same = there and self.source.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
-        return self.folder is not None and self.every is not None and not same
+        """Whether a checkpoint of the start is kept: what was resumed from the same folder is there already."""
+        return self.folder is not None and self.every is not None and not self.goes_on
 
     def is_due(self, steps: int) -> bool:
         """Whether a planned checkpoint is to be kept after so many steps."""
@@ -59,14 +65,17 @@ def plan(
     resume: str | os.PathLike[str] | None,
     refuge: str | os.PathLike[str] | None,
     comm: MPI.Intracomm,
+    states: Choice,
 ) -> Plan:
     """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
     source = None if resume is None else find(resume, comm)
     folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
-    return Plan(folder, every, source, refuge)
+    return Plan(folder, every, source, refuge, states)
 
 
-def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any) -> None:
+def check_plan(
+    *, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any, every: Any, times: Any, frames: Any
+) -> None:
     """Refuse what a run cannot keep its results in, go on from, or tell of its steps."""
     for place, what in (
         (out, "the folder for results"),
@@ -77,6 +86,12 @@ def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: An
             require_path(place, what)
     if watch is not None:
         require_function(watch, "watch", "a function of the result so far")
+    check_choice(every, times, frames)
+    for name, value in (("every", every), ("times", times), ("frames", frames)):
+        if value is not None and out is None:
+            raise InputError(
+                f"states are to be kept by {name} = {shown(value)}, but nowhere: a folder to write to is needed"
+            )
     if checkpoint is None:
         return
     if not isinstance(checkpoint, Integral) or isinstance(checkpoint, bool) or checkpoint < 1:
