@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
 from growthx.common.interruption import Interruption
-from growthx.common.usage import peak_memory
+from growthx.common.usage import spent
 from growthx.discretisation.discretise import discretise
 from growthx.results import checkpoints
 from growthx.results.checkpoints import Checkpoints
@@ -147,7 +147,7 @@ class _Run:
             with Interruption() as interruption:
                 for step in _timed(steps, result):
                     result.steps.append(step)
-                    result.costs.append(Cost(time.perf_counter() - self._start, peak_memory(self._comm)))
+                    result.costs.append(Cost(*spent(self._start, self._comm)))
                     self._trail.add()
                     if watch is not None:
                         _show(watch, result)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import sys
+import time
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
 
-def peak_memory(comm: MPI.Comm) -> float:
-    """The most memory that each process has had so far, of all together (MB, collective); NaN where none can say."""
+def spent(since: float, comm: MPI.Intracomm) -> tuple[float, float]:
+    """Seconds since a time of `time.perf_counter`, and the most memory so far (MB), the same on all ranks (collective).
+
+    Of memory, what each process has had at most, of all together; NaN where the system cannot say.
+    """
     try:
         import resource  # not on every system
     except ImportError:
@@ -19,4 +23,5 @@ def peak_memory(comm: MPI.Comm) -> float:
     else:
         unit = 1e-6 if sys.platform == "darwin" else 1024e-6  # bytes there, KiB elsewhere
         own = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(comm.allreduce(own))
+    walls, memories = zip(*comm.allgather((time.perf_counter() - since, own)), strict=True)
+    return max(walls), sum(memories)

@@ -63,7 +63,7 @@ class Cost:
     """What a run has cost up to the end of a step.
 
     wall_s: seconds since it began, of a resumed one those of the run before included.
-    peak_memory: most memory that all of its processes had at once or one after another (MB); NaN where none can say.
+    peak_memory: the most memory that each of its processes had so far, of all together (MB); NaN where none can say.
     """
 
     wall_s: float

@@ -103,6 +103,7 @@ def test_the_beginning_is_a_checkpoint_too(keeping, shared_folder):
     seen = []
 
     def watch(result):
+        COMM.barrier()
         seen.append(sorted(file.name for file in (shared_folder / "whole").iterdir()))
 
     whole = keeping(gx.Q1, {}, {"watch": watch}, "whole")
