@@ -8,9 +8,10 @@ import dolfinx
 import numpy as np
 
 from growthx.discretisation.variants import PerCell
+from growthx.fem.assembly import CellMeans
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
-from growthx.post.derived import FIELDS, CellFields, PointFields
+from growthx.post.derived import FIELDS, PointFields
 from growthx.post.subcells import subcells
 from growthx.results.fields import Corners
 from growthx.results.series import Series
@@ -19,6 +20,7 @@ from growthx.results.states.grid import Grid, State, in_space
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
 
 
@@ -80,19 +82,38 @@ class CellWriter:
         self._corners = Corners(problem)
         self._file = Series(folder / "raw.pvd", self._corners.grid, problem.comm, until)
         self._at_middle = PointFields(problem, interpolation_points(problem.density_space.element))
-        self._means = CellFields(problem) if problem.variant.one_rule else None
+        self._means = _Means(problem) if problem.variant.one_rule else None
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
         in_cells = {name: at_points[:, 0] for name, at_points in self._at_middle.values().items()}
         if self._means is not None:
-            means = self._means.values()
-            in_cells |= {name: means[name] for name in in_cells if name in FIELDS and FIELDS[name].exact is None}
+            in_cells |= self._means.values()
         self._file.write(State(self._corners.displacement(), in_cells), time)
 
     def close(self) -> None:
         """Finish the files."""
         self._file.close()
+
+
+class _Means:
+    """Means over the owned cells of what is told raw and is not known better at points, compiled once."""
+
+    def __init__(self, problem: Discretisation) -> None:
+        known = (field for field in FIELDS.values() if field.raw and field.exact is None)
+        self._fields = [field for field in known if field.known is None or field.known(problem)]
+        parts = [field.scalars(problem) for field in self._fields]
+        self._ends = np.cumsum([len(part) for part in parts])
+        volume = problem.spaces.whole_volume
+        scalars = [scalar for part in parts for scalar in part]
+        self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile) if scalars else None
+
+    def values(self) -> dict[str, Floats]:
+        """Those of the state as it is, by name, each of shape (owned cells,)."""
+        if self._means is None:
+            return {}
+        numbers = np.split(self._means(), self._ends[:-1], axis=1)
+        return {field.name: field.read(part) for field, part in zip(self._fields, numbers, strict=True)}
 
 
 class PointWriter:

@@ -98,7 +98,7 @@ real, count = {moment}, 0
 def killed(*arguments, **members):
     global count
     count += 1
-    if count == {4 if moment == "np.savez" else 5}:  # history.csv, too, is put in its place, once
+    if count == {5 if moment == "Path.replace" else 4}:  # history.csv, too, is put in its place, once
         if "{moment}" == "np.savez":
             arguments[0].write(b"PK" + bytes(5000))
             arguments[0].flush()
