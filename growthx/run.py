@@ -73,6 +73,7 @@ def solve(
     every: int | None = None,
     times: Sequence[float] | None = None,
     frames: int | None = None,
+    vtkhdf: bool = False,
     watch: Callable[[Result], None] | None = None,
     tolerance: float = 1e-10,
     stepping: Stepping | None = None,
@@ -89,6 +90,7 @@ def solve(
     after every so many steps; those at these times; the start, and so many at equal times to the end, with `FixedSteps`
     at the ends of steps next to these.  All other times become ends of steps: one is cut short there, which changes the
     results within the error of the steps; `AdaptiveSteps` go on with the length they had.
+    vtkhdf: keep all states in one file each, `fields.vtkhdf` and `raw.vtkhdf`, instead of the .pvd and its files.
     watch: called after every accepted step with the result so far, for progress bars and intermediate output; the time
     it takes is not counted.
     stepping: the way through time, `FixedSteps` or `AdaptiveSteps`; default: the program's fixed steps, implicit Euler.
@@ -103,11 +105,11 @@ def solve(
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
     kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}
-    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge, **kept)
+    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge, vtkhdf=vtkhdf, **kept)
     start = time.perf_counter()
     stepping = FixedSteps() if stepping is None else stepping
     choice = choose(**kept, program=scene.program, stepping=stepping)
-    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm, choice)
+    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm, choice, vtkhdf)
     program = with_landmarks(scene.program, choice, stepping)
     scene = scene if program is scene.program else replace(scene, program=program)
     problem = discretise(scene, variant)

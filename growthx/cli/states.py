@@ -18,11 +18,14 @@ def add_states(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="keep the state at the start and N at equal times to the end, for a movie",
     )
+    parser.add_argument(
+        "--vtkhdf", action="store_true", help="keep all states in one file, fields.vtkhdf, instead of many and a .pvd"
+    )
 
 
 def chosen(options: argparse.Namespace) -> dict[str, Any]:
     """What `solve` is to be told of them."""
-    return {"every": options.every, "times": options.times, "frames": options.frames}
+    return {"every": options.every, "times": options.times, "frames": options.frames, "vtkhdf": options.vtkhdf}
 
 
 def _times(text: str) -> tuple[float, ...]:

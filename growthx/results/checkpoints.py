@@ -40,7 +40,7 @@ KEPT = 2  # planned files that stay: the last one, and the one before if the las
 PLANNED, INTERRUPTED = "checkpoint", "interrupted"  # first words of the names
 NAME = re.compile(rf"({PLANNED}|{INTERRUPTED})-(\d+)\.npz")
 # What else a run leaves on its way, before it is at its end.
-BESIDE = re.compile(r"history\.csv|(fields|raw)(\.pvd|\.vtkhdf|\d{6,}\.pvtu|_p\d+_\d{6,}\.vtu)")
+BESIDE = re.compile(r"history\.csv|(fields|raw|points)(\.pvd|\.vtkhdf|\d{6,}\.pvtu|_p\d+_\d{6,}\.vtu)")
 ARRAYS = [part.name for part in fields(Memory) if part.name != "numbers"]
 
 

@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import (
+    require_flag,
     require_function,
     require_path,
 )
 from growthx.common.errors import InputError, shown
-from growthx.results.checkpoints import find, is_part_of
+from growthx.results.checkpoints import find, is_part_of, on_first_rank
 from growthx.results.folders import free_folder, new_folder
 from growthx.results.states.choice import Choice, check_choice
+from growthx.results.states.vtkhdf import require_h5py
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -27,7 +29,8 @@ class Plan:
 
     folder: for results and checkpoints, None if nowhere.  every: steps from one planned checkpoint to the next, None
     for none.  source: the checkpoint that the run goes on from.  refuge: a name for a folder, to be made for the last
-    state where there is none.  states: those that are kept on the way.
+    state where there is none.  states: those that are kept on the way.  vtkhdf: all of
+    them in one file.
     """
 
     folder: Path | None = None
@@ -35,6 +38,7 @@ class Plan:
     source: Path | None = None
     refuge: str | os.PathLike[str] | None = None
     states: Choice = field(default_factory=Choice)
+    vtkhdf: bool = False
 
     @property
     def goes_on(self) -> bool:
@@ -66,15 +70,28 @@ def plan(
     refuge: str | os.PathLike[str] | None,
     comm: MPI.Intracomm,
     states: Choice,
+    vtkhdf: bool,
 ) -> Plan:
     """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
     source = None if resume is None else find(resume, comm)
     folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
-    return Plan(folder, every, source, refuge, states)
+    places = Plan(folder, every, source, refuge, states, vtkhdf)
+    if places.goes_on:
+        on_first_rank(lambda: _check_same_files(places), comm)
+    return places
+
+
+def _check_same_files(places: Plan) -> None:
+    """Refuse to go on with one kind of files where there are others: each would have a part of the states."""
+    there, here = (".pvd", "vtkhdf") if places.vtkhdf else (".vtkhdf", "files without vtkhdf")
+    if places.folder is not None and (other := next(places.folder.glob(f"*{there}"), None)):
+        raise InputError(
+            f"the run that is resumed keeps its states in {other}, and {here} is asked for: the same would be right"
+        )
 
 
 def check_plan(
-    *, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any, every: Any, times: Any, frames: Any
+    *, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any, every: Any, times: Any, frames: Any, vtkhdf: Any
 ) -> None:
     """Refuse what a run cannot keep its results in, go on from, or tell of its steps."""
     for place, what in (
@@ -87,7 +104,10 @@ def check_plan(
     if watch is not None:
         require_function(watch, "watch", "a function of the result so far")
     check_choice(every, times, frames)
-    for name, value in (("every", every), ("times", times), ("frames", frames)):
+    require_flag(vtkhdf, "vtkhdf")
+    if vtkhdf:
+        require_h5py()
+    for name, value in (("every", every), ("times", times), ("frames", frames), ("vtkhdf", vtkhdf or None)):
         if value is not None and out is None:
             raise InputError(
                 f"states are to be kept by {name} = {shown(value)}, but nowhere: a folder to write to is needed"

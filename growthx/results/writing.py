@@ -9,7 +9,7 @@ from growthx.common.checks import require_path
 from growthx.common.errors import OutputError
 from growthx.results.density import write_density
 from growthx.results.history import write_history
-from growthx.results.series import agreed, aside
+from growthx.results.series import Keeping, agreed, aside
 from growthx.results.states.writer import StateWriter
 from growthx.stepping.arguments import require_result
 
@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
-def write(folder: Path, result: Result, *, density: bool = False, history: bool = True) -> None:
+def write(folder: Path, result: Result, *, density: bool = False, history: bool = True, vtkhdf: bool = False) -> None:
     """Write the last state into a folder made by `new_folder` (collective): fields, as means and raw, and the history.
 
     density: and what `read_density` reads.  history: False where it is there already.
+    vtkhdf: see `growthx.solve`.
 
     All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
     accepted step, whose state would be there to write.
@@ -32,7 +33,7 @@ def write(folder: Path, result: Result, *, density: bool = False, history: bool 
         raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
     comm = result.problem.comm
     with aside(folder, comm) as hidden:
-        writer = StateWriter(hidden, result.problem)
+        writer = StateWriter(hidden, result.problem, Keeping(vtkhdf=vtkhdf))
         writer.write(result.time)
         writer.close()
         with agreed(folder, comm):

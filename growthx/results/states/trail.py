@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from growthx.common.errors import OutputError
 from growthx.results.density import write_density
 from growthx.results.history import History
-from growthx.results.series import agreed
+from growthx.results.series import Keeping, agreed
 from growthx.results.states.writer import StateWriter
 from growthx.results.writing import write
 
@@ -37,10 +37,12 @@ class Trail:
             return
         if places.goes_on and result.steps:
             self._history.add(result)
-        there = places.goes_on and self._comm.bcast(any(places.folder.glob("fields.*")))
+        there = places.goes_on and self._comm.bcast(
+            any(places.folder.glob("*.pvd")) or any(places.folder.glob("*.vtkhdf"))
+        )
         if places.states or there:
             until = result.time if places.goes_on else None
-            self._states = StateWriter(places.folder, result.problem, until)
+            self._states = StateWriter(places.folder, result.problem, Keeping(until, places.vtkhdf))
             if places.states.start and self._states.last is None:
                 self._keep()
 
@@ -57,7 +59,7 @@ class Trail:
         result, history = self._result, self._history if folder == self._places.folder else None
         whole = self._comm.bcast(history is not None and history.is_whole(result))
         if self._states is None or folder != self._places.folder:
-            write(folder, result, density=True, history=not whole)
+            write(folder, result, density=True, history=not whole, vtkhdf=self._places.vtkhdf)
             return
         if self._states.last != result.time:
             self._states.write(result.time)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from growthx.results.fields import FieldWriter
 from growthx.results.raw import raw_writer
@@ -11,27 +12,32 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.series import Keeping
+
+
+MAKERS: tuple[Callable[..., Any], ...] = (FieldWriter, raw_writer)  # of a folder, a problem and a `Keeping`
 
 
 class StateWriter:
-    """Writes states, one after another in time, to `fields.pvd` and `raw.pvd`."""
+    """Writes states, one after another in time, to the series of all `MAKERS`."""
 
-    def __init__(self, folder: Path, problem: Discretisation, until: float | None = None) -> None:
-        """until: go on with the states up to this time of files that are there; None: there are to be none."""
-        self._fields = FieldWriter(folder, problem, until)
-        self._raw = raw_writer(folder, problem, until)
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        """keeping: how the series are kept; None: as `Keeping()`."""
+        self._writers = [make(folder, problem, keeping) for make in MAKERS]
 
     @property
     def last(self) -> float | None:
-        """The time of the last state, None if there is none."""
-        return self._fields.last
+        """The time of the last state that is in all series, None if there is none."""
+        found = [writer.last for writer in self._writers]
+        return None if None in found else min(found)
 
     def write(self, time: float) -> None:
-        """Append the state as it is; OutputError, on all ranks, if it does not become whole."""
-        self._fields.write(time)
-        self._raw.write(time)
+        """Append the state as it is, where it is not yet; OutputError, on all ranks, if it does not become whole."""
+        for writer in self._writers:
+            if writer.last != time:
+                writer.write(time)
 
     def close(self) -> None:
         """Finish the files."""
-        self._fields.close()
-        self._raw.close()
+        for writer in self._writers:
+            writer.close()
