@@ -75,6 +75,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     setup = time.perf_counter() - start
     if command.drawn_in is not None:
         picture.check(options, scene.mesh.comm)
+    states.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:
@@ -113,6 +114,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
             report.say(result, f"{scene.name}: {posed}")
     if command.drawn_in is not None:
         picture.draw(options, result, command.drawn_in)
+    states.draw(options, result, command.drawn_in)
     return status
 
 

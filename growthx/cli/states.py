@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from growthx.common.errors import InputError
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from growthx.stepping.record import Result
 
 
 def add_states(parser: argparse.ArgumentParser) -> None:
@@ -21,6 +28,34 @@ def add_states(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vtkhdf", action="store_true", help="keep all states in one file, fields.vtkhdf, instead of many and a .pvd"
     )
+    parser.add_argument(
+        "--movie", metavar="FILE", help="draw them, with --frames or the like, as a .gif, .ogv or .mp4 at the end"
+    )
+
+
+def check(options: argparse.Namespace, comm: MPI.Comm) -> None:
+    """Refuse, before a long run, a movie that could not be drawn (collective)."""
+    if options.movie is None:
+        return
+    from growthx.post.movie import check_movie
+
+    if options.out is None:
+        raise InputError(f"the movie {options.movie} is of states in a folder: with --out FOLDER it would be right")
+    if options.every is None and options.times is None and options.frames is None:
+        raise InputError(f"the movie {options.movie} is of several states: --frames N, such as 50, would be right")
+    check_movie(options.movie, comm)
+
+
+def draw(options: argparse.Namespace, result: Result, unit: str | None) -> None:
+    """Draw the movie that was asked for, if one was; unit: of the density, empty or None for none (collective)."""
+    if options.movie is None or result.folder is None:
+        return
+    from growthx.cli import report
+    from growthx.post.movie import movie
+
+    movie(result.folder, options.movie, title=f"density ({unit})" if unit else "density", comm=result.problem.comm)
+    if not options.json:
+        report.say(result, f"the movie is {options.movie}")
 
 
 def chosen(options: argparse.Namespace) -> dict[str, Any]:

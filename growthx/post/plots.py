@@ -25,9 +25,10 @@ from growthx.common.errors import GrowthxError, InputError, OutputError, raise_o
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
+from growthx.post.colour_bars import COLOUR_MAP, RESTING_COLOUR, Scale, add_colour_bars, font, write_in_greek
 from growthx.post.colour_bars import WIDTH as BAR_WIDTH
-from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
 from growthx.post.display import display
+from growthx.post.movie import movie as movie
 from growthx.post.smoothing import smoothed_density
 from growthx.post.subcells import Subcells, subcells, uniform
 
@@ -41,14 +42,12 @@ if TYPE_CHECKING:
 # Suffixes of the formats that pyvista and matplotlib write.
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 GRAPHS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
-COLOUR_MAP = "viridis"  # reads the same with and without colour vision
 PICTURE_WIDTH = 1000  # pixels, of a picture of one body
 PANEL_WIDTH = 620  # … and of one of several
 TEXT_HEIGHT = 60  # pixels, above and below a body
 ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINE_STYLES = ("-", "-.", ":")
-RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
 ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
