@@ -42,15 +42,16 @@ WORDS = [
     *("discontinuous", "continuous", "tr-bdf2", "implicit-euler", "euler", "missing.msh", "/", "/dev/null", "bar.geo"),
 ]
 OPTIONS = {
-    **dict.fromkeys(("--elements", "--refine", "--checkpoint"), st.sampled_from(COUNTS)),
+    **dict.fromkeys(("--elements", "--refine", "--checkpoint", "--every", "--frames"), st.sampled_from(COUNTS)),
     **dict.fromkeys(
         ("--dt", "--until", "--n", "--m", "--thickness", "--adaptive", "--equilibrium"), st.sampled_from(NUMBERS)
     ),
     "--size": st.sampled_from(["8", "9", "1e9", *(number for number in NUMBERS if number not in ("1", "0.5"))]),
     **dict.fromkeys(
-        ("--problem", "--cells", "--loads", "--mesh", "--zones", "--variant", "--scheme", "--picture"),
+        ("--problem", "--cells", "--loads", "--mesh", "--zones", "--variant", "--scheme", "--picture", "--movie"),
         st.sampled_from(WORDS),
     ),
+    "--times": st.sampled_from(NUMBERS),
 }
 PAIRS = st.sampled_from(sorted(OPTIONS)).flatmap(lambda name: st.tuples(st.just(name), OPTIONS[name]))
 ARGUMENTS = st.tuples(
