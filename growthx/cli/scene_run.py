@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from growthx.cli import picture
+from growthx.cli import picture, states
 from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
@@ -58,6 +58,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
     parser.add_argument("--fields", metavar="NAMES", help=FIELDS)
+    states.add_states(parser)
     _add_checkpoints(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
@@ -86,6 +87,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     setup = time.perf_counter() - start
     if command.drawn_in is not None:
         picture.check(options, scene.mesh)
+    states.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:
@@ -94,6 +96,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
                 scene,
                 variant,
                 out=options.out,
+                **states.chosen(options),
                 watch=watch,
                 stepping=stepping,
                 full_newton=options.full_newton,
@@ -124,6 +127,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
             report.say(result, f"{scene.name}: {posed}")
     if command.drawn_in is not None:
         picture.draw(options, result, command.drawn_in)
+    states.draw(options, result, command.drawn_in)
     return status
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+COLOUR_MAP = "viridis"  # reads the same with and without colour vision
+RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
 MOST_LETTERS = 18  # in a line of a title
-FEWEST, MOST = 0.1, 1000.0  # of numbers that two digits after the point suit
 WIDTH = 220  # pixels, of a bar with its numbers
 COLOUR_BAR = {
     "vertical": True,
@@ -17,8 +19,8 @@ COLOUR_BAR = {
     "label_font_size": 22,
     "position_y": 0.08,
     "height": 0.45,
-    "fmt": "%.2f",
 }
+LABELS = 5  # numbers at a bar
 VTK_FONT_FILE = 4  # family of a text property that takes its font from a file
 
 
@@ -43,13 +45,13 @@ def add_colour_bars(plotter: Any, mapper: Any, scales: Sequence[Scale], rests: b
             nan_annotation=rests,
             position_x=(place + 0.2) / len(scales),
             width=0.5 / len(scales),
+            fmt=f"%.{_digits(scale)}f",
             **COLOUR_BAR,
         )
         colours = bar.GetLookupTable().NewInstance()
         colours.DeepCopy(bar.GetLookupTable())
         colours.SetRange(scale.low, scale.high)
         bar.SetLookupTable(colours)
-        bar.SetLabelFormat(_format(scale))
         bar.SetNanAnnotation("")  # there is no room beside it
         write_in_greek(bar.GetTitleTextProperty())
     if rests:
@@ -61,10 +63,10 @@ def _in_lines(title: str) -> str:
     return "\n".join(textwrap.wrap(title, MOST_LETTERS, break_long_words=False))
 
 
-def _format(scale: Scale) -> str:
-    """How the numbers are written: two digits after the point, unless they would tell nothing, or too much."""
-    largest = max(abs(scale.low), abs(scale.high))
-    return str(COLOUR_BAR["fmt"]) if FEWEST <= largest < MOST or largest == 0 else "%.3g"
+def _digits(scale: Scale) -> int:
+    """Digits after the point that tell the numbers of a bar apart, two or more."""
+    apart = (scale.high - scale.low) / (LABELS - 1)
+    return min(9, max(2, math.ceil(-math.log10(apart)))) if apart > 0 else 2
 
 
 def font() -> str:

@@ -45,9 +45,16 @@ def register(field: DerivedField) -> None:
 _OURS = tuple(FIELDS)
 
 
-def choose(wanted: Any) -> Choice | None:
+def chosen_fields(wanted: Any) -> Choice | None:
     """The choice of some of `FIELDS`, see `fields.choice.chosen`."""
     return chosen(wanted, FIELDS)
+
+
+def check_fields(wanted: Any, problem: Discretisation) -> None:
+    """Raise InputError for what is no choice of `FIELDS`, or of one that a problem does not have."""
+    choice = chosen_fields(wanted)
+    if choice is not None:
+        check_known(choice.names, FIELDS, problem)
 
 
 def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) -> dict[str, Floats]:

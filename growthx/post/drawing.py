@@ -15,12 +15,10 @@ if TYPE_CHECKING:
     from growthx.model.arrows import Arrow
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")  # suffixes of the formats that pyvista writes
-COLOUR_MAP = "viridis"  # reads the same with and without colour vision
 PICTURE_WIDTH = 1000  # pixels, of a picture of one body
 PANEL_WIDTH = 620  # … and of one of several
 TEXT_HEIGHT = 60  # pixels, above and below a body
 ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
-RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
 
 
 def named(title: str, relative: bool) -> str:

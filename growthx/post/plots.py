@@ -22,16 +22,14 @@ from growthx.common.errors import InputError
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
+from growthx.post.colour_bars import COLOUR_MAP, RESTING_COLOUR, Scale, add_colour_bars, font, write_in_greek
 from growthx.post.colour_bars import WIDTH as BAR_WIDTH
-from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
 from growthx.post.display import display
 from growthx.post.drawing import (
     ARROW_COLOURS,
-    COLOUR_MAP,
     IMAGES,
     PANEL_WIDTH,
     PICTURE_WIDTH,
-    RESTING_COLOUR,
     TEXT_HEIGHT,
     arrows_of,
     check_look,
@@ -39,6 +37,7 @@ from growthx.post.drawing import (
     on_rank_0,
     second_scale,
 )
+from growthx.post.movie import movie
 from growthx.post.smoothing import smoothed_density
 from growthx.post.space.pictures import Look, cutaway, overview, slices, threshold
 from growthx.post.subcells import Subcells, subcells, uniform
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
 
     _Panel = tuple["_Body", list[Arrow]]
 
-__all__ = ["along_length", "cutaway", "densities", "density", "slices", "threshold"]
+__all__ = ["along_length", "cutaway", "densities", "density", "movie", "slices", "threshold"]
 
 # Suffixes of the formats that matplotlib writes.
 GRAPHS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")

@@ -11,12 +11,13 @@ from growthx.common.checks import require_number, require_path
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.post.derived import CellFields
 from growthx.post.smoothing import corner_space, smoothed_density
-from growthx.results.series import Series
+from growthx.results.series import open_series
 from growthx.results.states.grid import Grid, State
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.series import Keeping
 
 
 class FieldWriter:
@@ -25,12 +26,12 @@ class FieldWriter:
     The series is whole after each state, also if the run is killed while the next is written.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation, until: float | None = None) -> None:
-        """until: go on with the states up to this time of a series that is there; None: there is to be none."""
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        """keeping: how the series is kept; None: as `Keeping()`."""
         require_path(folder, "the folder for results")
         require_problem(problem)
         self._problem, self._corners = problem, Corners(problem)
-        self._file = Series(Path(folder) / "fields.pvd", self._corners.grid, problem.comm, until)
+        self._file = open_series(Path(folder) / "fields.pvd", self._corners.grid, problem.comm, keeping)
         self._fields = CellFields(problem)
 
     @property

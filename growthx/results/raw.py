@@ -8,28 +8,31 @@ import dolfinx
 import numpy as np
 
 from growthx.discretisation.variants import PerCell
+from growthx.fem.assembly import CellMeans
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
-from growthx.post.derived import FIELDS, CellFields, PointFields
+from growthx.post.derived import FIELDS, PointFields
 from growthx.post.subcells import subcells
 from growthx.results.fields import Corners
-from growthx.results.series import Series
+from growthx.results.series import open_series
 from growthx.results.states.grid import Grid, State, in_space
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.series import Keeping
 
 
 def raw_writer(
-    folder: Path, problem: Discretisation, until: float | None = None
+    folder: Path, problem: Discretisation, keeping: Keeping | None = None
 ) -> CellWriter | PointWriter | NodeWriter:
-    """What writes `raw.pvd` for the variant of a problem; until: see `FieldWriter`."""
+    """What writes `raw.pvd` for the variant of a problem; keeping: see `FieldWriter`."""
     density = problem.variant.density
     if not density.local:
-        return NodeWriter(folder, problem, until)
-    return (CellWriter if isinstance(density, PerCell) else PointWriter)(folder, problem, until)
+        return NodeWriter(folder, problem, keeping)
+    return (CellWriter if isinstance(density, PerCell) else PointWriter)(folder, problem, keeping)
 
 
 class NodeWriter:
@@ -38,7 +41,7 @@ class NodeWriter:
     Where some cells rest, each cell has nodes of its own, since the density jumps there, and tells whether it grows.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation, until: float | None = None) -> None:
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._problem = problem
         mesh, degree = problem.scene.mesh, problem.density_space.element.basix_element.degree
         family = "DG" if problem.rests else "Lagrange"
@@ -49,7 +52,12 @@ class NodeWriter:
         if problem.rests:
             self._density = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, ("DG", degree)), name="density")
         self._densities = Grid.of_space(self._density.function_space)
-        self._file = Series(folder / "raw.pvd", self._grid, problem.comm, until)
+        self._file = open_series(folder / "raw.pvd", self._grid, problem.comm, keeping)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
@@ -76,23 +84,47 @@ class CellWriter:
     These others are means over the cell where the mean source drives the density, and else as they are at its midpoint.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation, until: float | None = None) -> None:
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._corners = Corners(problem)
-        self._file = Series(folder / "raw.pvd", self._corners.grid, problem.comm, until)
+        self._file = open_series(folder / "raw.pvd", self._corners.grid, problem.comm, keeping)
         self._at_middle = PointFields(problem, interpolation_points(problem.density_space.element))
-        self._means = CellFields(problem) if problem.variant.one_rule else None
+        self._means = _Means(problem) if problem.variant.one_rule else None
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
         in_cells = {name: at_points[:, 0] for name, at_points in self._at_middle.values().items()}
         if self._means is not None:
-            means = self._means.values()
-            in_cells |= {name: means[name] for name in in_cells if name in FIELDS and FIELDS[name].exact is None}
+            in_cells |= self._means.values()
         self._file.write(State(self._corners.displacement(), in_cells), time)
 
     def close(self) -> None:
         """Finish the files."""
         self._file.close()
+
+
+class _Means:
+    """Means over the owned cells of what is told raw and is not known better at points, compiled once."""
+
+    def __init__(self, problem: Discretisation) -> None:
+        known = (field for field in FIELDS.values() if field.raw and field.exact is None)
+        self._fields = [field for field in known if field.known is None or field.known(problem)]
+        parts = [field.scalars(problem) for field in self._fields]
+        self._ends = np.cumsum([len(part) for part in parts])
+        volume = problem.spaces.whole_volume
+        scalars = [scalar for part in parts for scalar in part]
+        self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile) if scalars else None
+
+    def values(self) -> dict[str, Floats]:
+        """Those of the state as it is, by name, each of shape (owned cells,)."""
+        if self._means is None:
+            return {}
+        numbers = np.split(self._means(), self._ends[:-1], axis=1)
+        return {field.name: field.read(part) for field, part in zip(self._fields, numbers, strict=True)}
 
 
 class PointWriter:
@@ -102,13 +134,18 @@ class PointWriter:
     different cells share no points; all of them carry the displacement.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation, until: float | None = None) -> None:
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._problem = problem
         mesh, points = problem.scene.mesh, interpolation_points(problem.density_space.element)
         self._parts = subcells(mesh.cell_name, points)
         grid = Grid.of_pieces(self._parts.shape, positions(mesh, self._parts.X), self._parts.pieces)
-        self._file = Series(folder / "raw.pvd", grid, problem.comm, until)
+        self._file = open_series(folder / "raw.pvd", grid, problem.comm, keeping)
         self._fields = PointFields(problem, points)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from growthx.common.errors import OutputError, raise_on_all
-from growthx.results.states import vtu
+from growthx.results.states import vtkhdf, vtu
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -73,6 +74,26 @@ def _move(hidden: Path, folder: Path) -> None:
     hidden.rmdir()
 
 
+@dataclass(frozen=True)
+class Keeping:
+    """How a series is kept.
+
+    until: go on with the states up to this time of a series that is there, if one is; None: there is to be none.
+    vtkhdf: in one file in HDF5, whose name ends so; else in a file for each time and rank, and a .pvd that names them.
+    fields: names of those that are kept, see `growthx.solve`; None: those that are told without being asked for.
+    """
+
+    until: float | None = None
+    vtkhdf: bool = False
+    fields: Sequence[str] | None = None
+
+
+def open_series(file: Path, grid: Grid, comm: MPI.Intracomm, keeping: Keeping | None = None) -> Series | SeriesInOne:
+    """A series under the name of its .pvd, in a folder that exists (collective)."""
+    keeping = keeping or Keeping()
+    return (SeriesInOne if keeping.vtkhdf else Series)(file, grid, comm, keeping.until)
+
+
 class Series:
     """States on one grid, one after another in time, as files with a .pvd that names them all.
 
@@ -81,10 +102,7 @@ class Series:
     """
 
     def __init__(self, file: Path, grid: Grid, comm: MPI.Intracomm, until: float | None = None) -> None:
-        """file: the .pvd, in a folder that exists.
-
-        until: go on with the states up to this time of a series that is there, if one is; None: there is to be none.
-        """
+        """file: the .pvd, in a folder that exists.  until: see `Keeping`."""
         self._path, self._comm, self._part = file, comm, vtu.Part(grid)
         self._entries: list[tuple[float, str]] = []
         with agreed(file.parent, comm):
@@ -134,3 +152,95 @@ class Series:
             number = re.fullmatch(rf"{self._path.stem}(?:_p\d+_)?(\d{{6,}})\.p?vtu", file.name)
             if number and int(number[1]) >= len(self._entries):
                 file.unlink()
+
+
+class SeriesInOne:
+    """States on one grid, one after another in time, all in one file in HDF5.
+
+    It is whole whenever it is read or the run is killed: a second file beside it, one state behind, gets that one and
+    the next, and becomes the first; that becomes the second, unless somebody still reads it.
+    """
+
+    def __init__(self, file: Path, grid: Grid, comm: MPI.Intracomm, until: float | None = None) -> None:
+        """See `Series`; .vtkhdf takes the place of the .pvd."""
+        self._path, self._comm = file.with_suffix(".vtkhdf"), comm
+        name = f".{self._path.name}"
+        self._next, self._before = file.with_name(f"{name}.part"), file.with_name(name)
+        self._grids: list[Grid] = comm.gather(grid) or []
+        self._behind: tuple[list[State], float] | None = None  # what the second file lacks
+        times: list[float] = []
+        with agreed(file.parent, comm):
+            if comm.rank == 0:
+                self._clear()
+                if self._path.exists():
+                    times = self._go_on(until)
+        self._times: list[float] = comm.bcast(times)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._times[-1] if self._times else None
+
+    def write(self, state: State, time: float) -> None:
+        """Append a state; OutputError, on all ranks, if it does not become whole, and nothing of it stays."""
+        states = self._comm.gather(state)
+        with agreed(self._path.parent, self._comm):
+            if states is not None:
+                self._append(states, float(time))
+        self._times.append(float(time))
+
+    def close(self) -> None:
+        """Remove the second file."""
+        if self._comm.rank == 0:
+            self._clear()
+
+    def _append(self, states: list[State], time: float) -> None:
+        try:
+            self._catch_up()
+            vtkhdf.append(self._next, states, time)
+            if self._times:
+                _second_name(self._path, self._before)
+            self._next.replace(self._path)
+            if self._times:
+                self._before.replace(self._next)
+        except OSError:
+            self._clear()
+            raise
+        self._behind = states, time
+
+    def _catch_up(self) -> None:
+        """Have a second file with all that the first one has."""
+        if self._behind is not None and self._next.exists():
+            try:
+                vtkhdf.append(self._next, *self._behind)
+                return
+            except OSError:  # somebody has had it open since it was the first: it stays as they see it
+                self._next.unlink()
+        if self._times:
+            shutil.copyfile(self._path, self._next)
+        else:
+            vtkhdf.begin(self._next, self._grids)
+
+    def _go_on(self, until: float | None) -> list[float]:
+        """The times up to that one, and no others in the file any more."""
+        if until is None:
+            raise FileExistsError(0, f"{self._path.name} is there already")
+        found = vtkhdf.times(self._path)
+        kept = [time for time in found if time <= until * (1 + SAME)]
+        if len(kept) < len(found):
+            shutil.copyfile(self._path, self._next)
+            vtkhdf.cut(self._next, len(kept))
+            self._next.replace(self._path)
+        return kept
+
+    def _clear(self) -> None:
+        for file in (self._next, self._before):
+            file.unlink(missing_ok=True)
+
+
+def _second_name(file: Path, name: Path) -> None:
+    """Have a file under another name, too; where that cannot be, a copy of it."""
+    try:
+        name.hardlink_to(file)
+    except OSError:
+        shutil.copyfile(file, name)

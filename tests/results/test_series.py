@@ -80,14 +80,14 @@ def test_what_one_rank_cannot_write_is_missed_by_all(space, shared_folder, monke
     series = Series(shared_folder / "series.pvd", grid, COMM)
     series.write(state(grid, 0.5), 0.5)
 
-    def refuse(number):
+    def refuse(file, content, **options):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     before = sorted(file.name for file in shared_folder.iterdir())
     COMM.barrier()
     with monkeypatch.context() as patch:
         if COMM.rank == COMM.size - 1:
-            patch.setattr(os, "fsync", refuse)
+            patch.setattr(vtu, "write_whole", refuse)
         with pytest.raises(OutputError, match=r"\(No space left on device\)"):
             series.write(state(grid, 1.0), 1.0)
     COMM.barrier()

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from growthx.post.colour_bars import COLOUR_MAP, RESTING_COLOUR, Scale, add_colour_bars, font
 from growthx.post.colour_bars import WIDTH as BAR_WIDTH
-from growthx.post.colour_bars import Scale, add_colour_bars, font
 from growthx.post.display import display
-from growthx.post.drawing import ARROW_COLOURS, COLOUR_MAP, PANEL_WIDTH, RESTING_COLOUR, TEXT_HEIGHT
+from growthx.post.drawing import ARROW_COLOURS, PANEL_WIDTH, TEXT_HEIGHT
 from growthx.post.space.body import MOVED, VALUE, SpaceBody
 
 if TYPE_CHECKING:

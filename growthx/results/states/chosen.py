@@ -7,17 +7,16 @@ points of integration (`…_at_points`); both the displacement of their points.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from growthx.meshing.sampling import positions
-from growthx.post.derived import FIELDS, CellFields, NodeFields, PointFields
-from growthx.post.fields.choice import ENDINGS, check_known
+from growthx.post.derived import CellFields, NodeFields, PointFields
+from growthx.post.fields.choice import ENDINGS
 from growthx.post.subcells import around_points
-from growthx.results.fields import Corners, FieldWriter
-from growthx.results.raw import raw_writer
-from growthx.results.series import Series
+from growthx.results.fields import Corners
+from growthx.results.series import open_series
 from growthx.results.states.grid import Grid, State, in_space
 
 if TYPE_CHECKING:
@@ -27,28 +26,12 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
     from growthx.post.fields.choice import Choice
+    from growthx.results.series import Keeping
 
 
-class Writer(Protocol):
-    """What writes one series of a run."""
-
-    def write(self, time: float) -> None:
-        """Append the state at a time."""
-        ...
-
-    def close(self) -> None:
-        """Finish the files."""
-        ...
-
-
-def writers(choice: Choice | None) -> tuple[Callable[..., Writer], ...]:
-    """What makes the writers of a run's fields, each of a folder and a problem.
-
-    None: of those that are told without being asked for.
-    """
-    if choice is None:
-        return FieldWriter, raw_writer
-    made: list[Callable[..., Writer]] = []
+def makers(choice: Choice) -> tuple[Callable[..., Any], ...]:
+    """What makes the writers of chosen fields, each of a folder, a problem and a `Keeping`."""
+    made: list[Callable[..., Any]] = []
     if choice.cells or choice.nodes:
         made.append(partial(ChosenWriter, choice))
     if choice.points:
@@ -56,21 +39,15 @@ def writers(choice: Choice | None) -> tuple[Callable[..., Writer], ...]:
     return tuple(made)
 
 
-def check_choice(choice: Choice | None, problem: Discretisation) -> None:
-    """Raise InputError for a field that was chosen and that a problem does not have."""
-    if choice is not None:
-        check_known(choice.names, FIELDS, problem)
-
-
 class ChosenWriter:
     """Writes means over cells and what is averaged to nodes, with the displacement of the nodes (`fields.pvd`)."""
 
-    def __init__(self, choice: Choice, folder: Path, problem: Discretisation, until: float | None = None) -> None:
-        """until: see `FieldWriter`."""
+    def __init__(self, choice: Choice, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        """keeping: see `FieldWriter`."""
         self._corners = Corners(problem)
         self._cells = CellFields(problem, choice.cells) if choice.cells else None
         self._nodes = NodeFields(problem, choice.nodes) if choice.nodes else None
-        self._file = Series(folder / "fields.pvd", self._corners.grid, problem.comm, until)
+        self._file = open_series(folder / "fields.pvd", self._corners.grid, problem.comm, keeping)
 
     @property
     def last(self) -> float | None:
@@ -94,14 +71,14 @@ class ChosenWriter:
 class ChosenPointWriter:
     """Writes values at the points of integration, each on a small cell of its own (`points.pvd`)."""
 
-    def __init__(self, choice: Choice, folder: Path, problem: Discretisation, until: float | None = None) -> None:
-        """until: see `FieldWriter`."""
+    def __init__(self, choice: Choice, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        """keeping: see `FieldWriter`."""
         self._problem, mesh = problem, problem.scene.mesh
         points = problem.variant.integration_points(mesh.cell_name)
         self._parts = around_points(mesh.cell_name, points)
         grid = Grid.of_pieces(self._parts.shape, positions(mesh, self._parts.X), self._parts.pieces)
         self._fields = PointFields(problem, points, choice.points)
-        self._file = Series(folder / "points.pvd", grid, problem.comm, until)
+        self._file = open_series(folder / "points.pvd", grid, problem.comm, keeping)
 
     @property
     def last(self) -> float | None:

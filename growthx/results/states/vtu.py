@@ -6,7 +6,6 @@ Numbers are in binary, in base64: all digits, in a fraction of the time and room
 from __future__ import annotations
 
 import base64
-import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -86,7 +85,8 @@ def entries(file: Path) -> list[tuple[float, str]]:
 def write_whole(file: Path, content: Iterable[bytes], *, over: bool = False) -> None:
     """Write a file aside and put it in its place; OSError if that cannot be, and then it is as it was before.
 
-    over: also over one that is there.
+    over: also over one that is there.  A program may be killed at any moment; that the disk itself has all of it is not
+    waited for, which would take longer than all else.
     """
     if not over and file.exists():
         raise FileExistsError(0, f"{file.name} is there already")
@@ -95,8 +95,6 @@ def write_whole(file: Path, content: Iterable[bytes], *, over: bool = False) -> 
         with part.open("wb") as stream:
             for each in content:
                 stream.write(each)
-            stream.flush()
-            os.fsync(stream.fileno())  # what a slow disk or a quota refuses late shows here
         part.replace(file)
     finally:
         part.unlink(missing_ok=True)
