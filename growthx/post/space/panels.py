@@ -26,6 +26,7 @@ OUTSIDE = (0.6, -1.0, 0.5)  # from where the outside is seen
 COLOURS = tuple(ARROW_COLOURS[i] for i in (0, 2, 5, 4, 3, 1))  # of arrows: first those far from the densities' greens
 LIGHT = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}  # colours in the shade, too, are near those of the bar
 NOTHING = "#000000"  # behind a picture in grey, as air is black in a CT
+THINNEST = 0.08  # of an arrow's length, the radius of the shaft of a short one
 MOST_LETTERS = 52  # in a line above a panel
 MARGIN = 1.08
 NUDGE = (
@@ -112,7 +113,7 @@ def threshold(body: SpaceBody, above: float | None, below: float | None, label: 
 
 def _edges(surface: Any) -> tuple[Any, dict[str, Any]]:
     """The sharp edges of a body's surface, if it has any."""
-    edges = surface.extract_feature_edges(feature_angle=60).warp_by_vector(MOVED)
+    edges = surface.extract_feature_edges(feature_angle=75).warp_by_vector(MOVED)
     return edges, {"color": "grey", "line_width": 1.0, "lighting": False}
 
 
@@ -144,7 +145,7 @@ def _arrows(surface: Any, arrows: Sequence[Arrow]) -> tuple[list[tuple[Any, dict
     for arrow in arrows:
         shaft, place = scale * np.array(arrow.force), _nearest(surface, np.array(arrow.place))
         length = float(np.linalg.norm(shaft))
-        radius = 0.006 * size / length
+        radius = min(THINNEST, 0.006 * size / length)
         shape = pyvista.Arrow(
             start=place - shaft if _pushes(surface, place, shaft) else place,
             direction=shaft,
@@ -226,7 +227,7 @@ def _draw(plotter: Any, panel: Panel, limits: tuple[float, float]) -> Any:
     if panel.axes:
         plotter.add_axes(color=text, line_width=3, viewport=(0.0, 0.0, 0.18, 0.1))
     for row, (name, colour) in enumerate(panel.legend):
-        place = (0.02, 0.92 - 0.03 * row)
+        place = (0.66, 0.03 * len(panel.legend) - 0.03 * row)
         plotter.add_text(f"→ {name}", place, color=colour, font_size=10, font_file=font(), viewport=True)
     plotter.enable_parallel_projection()
     right, up = _axes(panel)
