@@ -6,23 +6,27 @@ import logging
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
 from growthx.common.interruption import Interruption
+from growthx.common.usage import spent
 from growthx.discretisation.discretise import discretise
+from growthx.post.derived import check_fields
 from growthx.results import checkpoints
 from growthx.results.checkpoints import Checkpoints
 from growthx.results.identity import identity
 from growthx.results.plan import Plan, check_plan, plan
-from growthx.results.writing import write
+from growthx.results.states.choice import choose, with_landmarks
+from growthx.results.states.trail import Trail
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run
 from growthx.stepping.control import FixedSteps
 from growthx.stepping.marching import march
-from growthx.stepping.record import Ending, Result, Step
+from growthx.stepping.record import Cost, Ending, Result, Step
 
 if TYPE_CHECKING:
     from growthx.discretisation.variants import Variant
@@ -67,6 +71,10 @@ def solve(
     variant: Variant,
     *,
     out: str | os.PathLike[str] | None = None,
+    every: int | None = None,
+    times: Sequence[float] | None = None,
+    frames: int | None = None,
+    vtkhdf: bool = False,
     watch: Callable[[Result], None] | None = None,
     tolerance: float = 1e-10,
     stepping: Stepping | None = None,
@@ -74,10 +82,17 @@ def solve(
     checkpoint: int | None = None,
     resume: str | os.PathLike[str] | None = None,
     refuge: str | os.PathLike[str] | None = None,
+    fields: Sequence[str] | None = None,
 ) -> Result:
     """Run a scene to its end.
 
-    out: a new or empty folder; the fields, history and density are written there when the run ends, also early.
+    out: a new or empty folder; the history is written there step by step, the fields and the density when the run ends,
+    also early.
+    every, times, frames: which other states are kept in `fields.pvd` and `raw.pvd` on the way: the start, and those
+    after every so many steps; those at these times; the start, and so many at equal times to the end, with `FixedSteps`
+    at the ends of steps next to these.  All other times become ends of steps: one is cut short there, which changes the
+    results within the error of the steps; `AdaptiveSteps` go on with the length they had.
+    vtkhdf: keep all states in one file each, `fields.vtkhdf` and `raw.vtkhdf`, instead of the .pvd and its files.
     watch: called after every accepted step with the result so far, for progress bars and intermediate output; the time
     it takes is not counted.
     stepping: the way through time, `FixedSteps` or `AdaptiveSteps`; default: the program's fixed steps, implicit Euler.
@@ -86,19 +101,28 @@ def solve(
     resume: a checkpoint of the same scene, which may have another end, to go on from; or the folder of a run that has
     left some, which may be `out` if nothing else is there.
     refuge: name of a folder to be made for the last state if there is no `out`.
+    fields: names of the fields in the files, `gx.results.FIELDS` has them: each as mean over cells, averaged to nodes
+    and at integration points, or as 'von_mises:cells', ':nodes' or ':points' in one of these places; None: the density
+    and what it follows from.  Nothing else is evaluated.
     Raises RunEndedEarly if a step cannot be solved, RunInterrupted after Ctrl-C, SIGTERM or SIGUSR1 (a second one ends
     the run at once), InputError if `out` is not empty or not writable, or a checkpoint is not one of this run, and
     RunNotWritten if results cannot be written.
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
-    check_plan(out=out, watch=watch, checkpoint=checkpoint, resume=resume, refuge=refuge)
-    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm)
-    stepping = FixedSteps() if stepping is None else stepping
+    kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}
+    where: dict[str, Any] = {"out": out, "resume": resume, "refuge": refuge}
+    check_plan(**where, watch=watch, checkpoint=checkpoint, vtkhdf=vtkhdf, fields=fields, **kept)
     start = time.perf_counter()
+    stepping = FixedSteps() if stepping is None else stepping
+    choice = choose(**kept, program=scene.program, stepping=stepping)
+    places = plan(out, checkpoint, resume, refuge, scene.mesh.comm, choice, vtkhdf, fields)
+    program = with_landmarks(scene.program, choice, stepping)
+    scene = scene if program is scene.program else replace(scene, program=program)
     problem = discretise(scene, variant)
+    check_fields(fields, problem)
     steps = march(scene, variant, problem, tolerance, stepping=stepping, full_newton=full_newton)
     settings = NewtonSettings(tolerance, full_newton)
-    run = _Run(steps, places, Checkpoints(problem, lambda: identity(problem, stepping, settings)))
+    run = _Run(steps, places, Checkpoints(problem, lambda: identity(problem, stepping, settings)), start)
     run.begin()
     run.result.setup_s = time.perf_counter() - start - run.result.compile_s
     return run.end(run.go(watch))
@@ -107,16 +131,21 @@ def solve(
 class _Run:
     """A run on its way: its march, its result so far, and where both are kept."""
 
-    def __init__(self, steps: March, places: Plan, files: Checkpoints) -> None:
+    def __init__(self, steps: March, places: Plan, files: Checkpoints, start: float) -> None:
+        """start: when it began (seconds of `time.perf_counter`)."""
         self._steps, self._places, self._files = steps, places, files
-        self._comm = steps.problem.comm
+        self._comm, self._start = steps.problem.comm, start
         self.result = Result(steps.problem, compile_s=steps.problem.compile.seconds)
+        self._trail = Trail(places, self.result)
 
     def begin(self) -> None:
         """Go on from where another run was, and keep the start."""
+        result = self.result
         if self._places.source is not None:
-            memory, self.result.steps = self._files.load(self._places.source)
+            memory, result.steps, result.costs = self._files.load(self._places.source)
             self._steps.begin_anew(memory)
+            self._start -= result.costs[-1].wall_s if result.costs else 0.0
+        self._trail.begin()
 
     def go(self, watch: Callable[[Result], None] | None) -> int:
         """March to the end; the number of the signal that ended it, zero if none did."""
@@ -127,6 +156,8 @@ class _Run:
             with Interruption() as interruption:
                 for step in _timed(steps, result):
                     result.steps.append(step)
+                    result.costs.append(Cost(*spent(self._start, self._comm)))
+                    self._trail.add()
                     if watch is not None:
                         _show(watch, result)
                     if self._places.is_due(len(result.steps)):
@@ -149,10 +180,11 @@ class _Run:
         if folder is None and not result.converged and result.steps:
             folder = self._places.folder_for_last_state(self._comm)
         if number:
+            self._trail.close()
             raise self._interrupted(number, folder)
         if folder is not None and result.steps:
             try:
-                write(folder, result, density=True)
+                self._trail.end(folder)
             except OutputError as error:
                 raise RunNotWritten(result, error) from error
             result.folder = folder
@@ -162,7 +194,7 @@ class _Run:
 
     def _save(self, kind: str, folder: Path | None) -> Path:
         assert folder is not None
-        return self._files.save(folder, kind, self._steps.memory(), self.result.steps)
+        return self._files.save(folder, kind, self._steps.memory(), self.result.steps, self.result.costs)
 
     def _keep(self) -> None:
         """Write a planned checkpoint; a full disk now need not end a run that may still come to its end."""

@@ -35,6 +35,7 @@ class SceneCommand:
     build: the scene from the arguments.  read: what is read off the result for the JSON object, on all ranks.
     show: tables for people.  drawn_in: unit of the density in its picture, None where there is no picture to be had.
     by_gmsh: whether its mesh is gmsh's, which is imported before the clock starts.
+    in_space: whether its body is, which a picture may show in several ways.
     """
 
     name: str
@@ -45,6 +46,7 @@ class SceneCommand:
     show: Callable[[Result, Mapping[str, Any]], None]
     drawn_in: str | None = None
     by_gmsh: bool = True
+    in_space: bool = False
 
 
 def add_exponents(parser: argparse.ArgumentParser) -> None:

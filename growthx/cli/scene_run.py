@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from growthx.cli import picture
+from growthx.cli import picture, states
 from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
@@ -27,6 +27,15 @@ SCHEMES = "scheme of time integration: implicit-euler, tr-bdf2 or sdirk2"
 
 LAST_STATE = "growthx-last-state"  # folder of runs that end early and have none
 IN_OUT = ""  # --resume alone
+
+FIELDS = (
+    "with --out, write these fields alone, by their names with commas: each as mean over cells, averaged to nodes and "
+    "at points of integration, or in one place, as von_mises:cells, von_mises:nodes or von_mises:points; of density, "
+    "relative_change, stimulus, mass_source, major_stress, minor_stress, displacement, strain_energy, "
+    "strain_energy_per_mass, young, green_lagrange_strain, hencky_strain, principal_strains, strain_direction_1, "
+    "strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, principal_stresses, "
+    "stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, source, stresses)"
+)
 
 
 def of_scene(scene: SceneCommand) -> Command:
@@ -48,9 +57,13 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
+    parser.add_argument("--fields", metavar="NAMES", help=FIELDS)
+    states.add_states(parser)
     _add_checkpoints(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
+        if scene.in_space:
+            picture.add_views(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
 
@@ -73,7 +86,8 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     setup = time.perf_counter() - start
     if command.drawn_in is not None:
-        picture.check(options, scene.mesh.comm)
+        picture.check(options, scene.mesh)
+    states.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
     status = 0
     try:
@@ -82,12 +96,14 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
                 scene,
                 variant,
                 out=options.out,
+                **states.chosen(options),
                 watch=watch,
                 stepping=stepping,
                 full_newton=options.full_newton,
                 checkpoint=options.checkpoint,
                 resume=_source(options),
                 refuge=LAST_STATE,
+                fields=None if options.fields is None else [name.strip() for name in options.fields.split(",")],
             )
     except (RunEndedEarly, RunNotWritten) as ended:
         result, status = ended.result, ended.exit_status
@@ -111,6 +127,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
             report.say(result, f"{scene.name}: {posed}")
     if command.drawn_in is not None:
         picture.draw(options, result, command.drawn_in)
+    states.draw(options, result, command.drawn_in)
     return status
 
 

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from growthx.common.arrays import is_uniform
 from growthx.common.errors import InputError
+from growthx.constitutive import kinematics, quantities
 from growthx.constitutive.growth import GrowthLaw
 from growthx.fem.assembly import assemble
 from growthx.fem.compat import interpolation_points
@@ -44,11 +45,29 @@ class Expressions:
 
     def stress(self) -> Any:
         """Cauchy stress, the weighted mean over the load cases, shape (dim, dim)."""
+        return self.mean_of(quantities.cauchy_stress)
+
+    def mean_of(self, value: Callable[[Elasticity, Any, Any], Any], *, in_space: bool = False) -> Any:
+        """The weighted mean over the load cases of a value of material, density and H = ∇u, as in `quantities`.
+
+        in_space: of H with its zeros out of the plane, for shapes (3, 3).  Where nothing grows, that of a stiffness
+        without a weight.
+        """
         us, rho, momentum = self._state.displacements, self._state.density, self._momentum
-        stress = momentum.mean_stress(us, rho)
-        if not self._spaces.rests:
-            return stress
-        return self._spaces.everywhere(stress, momentum.mean_stress(us, rho, rests=True))
+
+        def seen(material: Elasticity, density: Any, H: Any) -> Any:
+            return value(material, density, kinematics.in_space(H) if in_space else H)
+
+        found = momentum.mean_of(us, rho, seen)
+        return (
+            self._spaces.everywhere(found, momentum.mean_of(us, rho, seen, rests=True)) if self._spaces.rests else found
+        )
+
+    def stiffness(self) -> Any:
+        """[ρ/ρ*]ⁿ E, Young's modulus as it is now (stress); where nothing grows, E."""
+        rho, momentum = self._state.density, self._momentum
+        found = momentum.stiffness(rho)
+        return self._spaces.everywhere(found, momentum.stiffness(rho, rests=True)) if self._spaces.rests else found
 
     def density(self) -> Any:
         """Density; where nothing grows that of the start, whatever grows beside it."""

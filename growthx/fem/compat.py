@@ -14,7 +14,6 @@ from growthx.common.communicators import steady
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import ufl
     from mpi4py import MPI
 
     from growthx.common.arrays import Floats, Indices
@@ -76,17 +75,6 @@ def places(space: dolfinx.fem.FunctionSpace, part: dolfinx.fem.FunctionSpace) ->
     found = np.empty(block * (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts), dtype=np.int32)
     found[alone] = part.dofmap.list.reshape(alone.shape)
     return found
-
-
-def mesh_that_stays(comm: MPI.Comm, cells: Indices, points: Floats, domain: ufl.Mesh) -> dolfinx.mesh.Mesh:
-    """A mesh whose cells stay on the ranks that give them; cells: global numbers of the ranks' points in order."""
-
-    def stay(comm: MPI.Comm, parts: int, shapes: Any, given: Any) -> Any:
-        destinations = dolfinx.graph.adjacencylist(np.full(len(cells), comm.rank, dtype=np.int32))
-        return getattr(destinations, "_cpp_object", destinations)  # 0.10 has put a Python class around it
-
-    # By keyword: 0.10 swapped the order of x and e.
-    return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=domain, partitioner=stay)
 
 
 def let_dolfinx_compile_on_steady_ones() -> None:

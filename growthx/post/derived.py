@@ -1,113 +1,34 @@
-"""Fields that follow from a state: a table of what they are in UFL, read as means over cells and at points.
+"""Fields that follow from a state, read as means over cells, averaged to nodes and at points.
 
-A new one is a row of `FIELDS`, or one of the user's given to `register`: it is in `cell_fields`, in `fields.pvd` and,
-at integration points, in `raw.pvd`.
+What they are in UFL is in `fields.table`.  A new one is a row there, or one of the user's given to `register`: it is in
+`cell_fields`, in `fields.pvd` and, at integration points, in `raw.pvd`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import dolfinx
 import numpy as np
+import ufl
 
-from growthx.common.checks import require_flag, require_function, require_kind, require_name
-from growthx.common.errors import InputError, shown
-from growthx.constitutive.growth import GrowthLaw
+from growthx.common.checks import require_kind
+from growthx.common.errors import InputError
 from growthx.discretisation.checks.arguments import require_problem
-from growthx.fem.assembly import CellMeans
+from growthx.fem.assembly import CellMeans, average_cells
+from growthx.meshing.sampling import reference_corners
+from growthx.post.fields.choice import Choice, check_known, check_name, chosen
+from growthx.post.fields.row import SHAPES, DerivedField
+from growthx.post.fields.table import TABLE
+from growthx.post.smoothing import corner_space, corners_from_points
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
 
-
-@dataclass(frozen=True)
-class DerivedField:
-    """A field that follows from a state.
-
-    value: what it is in UFL, of a problem: a scalar, or several in a list, of which `reading` makes one.
-    reading: of numbers for these, (…, scalars) to (…): of their means over cells, or of what they are at points.
-    raw: whether it is also told at integration points.
-    known: whether a problem has it; None: all have.
-    exact: where it is more exact than UFL at points, of a problem and points X, (points, dim), shape (cells, points).
-    """
-
-    name: str
-    value: Callable[[Discretisation], Any]
-    reading: Callable[[Floats], Floats] | None = None
-    raw: bool = True
-    exact: Callable[[Discretisation, Floats], Floats] | None = None
-    known: Callable[[Discretisation], bool] | None = None
-
-    def __post_init__(self) -> None:
-        require_name(self.name, "the name of a field")
-        require_function(self.value, f"the value of the field '{self.name}'", "a function of a problem")
-        for what, function in (("reading", self.reading), ("exact", self.exact), ("known", self.known)):
-            if function is not None:
-                require_function(function, f"{what}, of the field '{self.name}',", "a function or None")
-        require_flag(self.raw, f"raw, of the field '{self.name}',")
-
-    def scalars(self, problem: Discretisation) -> list[Any]:
-        """Its value for a problem; InputError if that is nothing that can be told."""
-        value = self.value(problem)
-        scalars = [value] if self.reading is None else value
-        if not isinstance(scalars, list) or any(getattr(each, "ufl_shape", None) != () for each in scalars):
-            right = "a scalar in UFL" if self.reading is None else "a list of scalars in UFL"
-            raise InputError(f"the value of the field '{self.name}' is {shown(value)}: {right} would be right")
-        return scalars
-
-    def read(self, numbers: Floats) -> Floats:
-        """What it is, (…), of numbers for its scalars, (…, scalars)."""
-        return numbers[..., 0] if self.reading is None else self.reading(numbers)
-
-
-def _relative_change(problem: Discretisation) -> Any:
-    return problem.expressions.density() / problem.material.reference_density - 1
-
-
-def _has_stimulus(problem: Discretisation) -> bool:
-    return isinstance(problem.growth, GrowthLaw)
-
-
-def _stress(problem: Discretisation) -> list[Any]:
-    """The entries of the Cauchy stress on and above its diagonal, row by row."""
-    sigma, dim = problem.expressions.stress(), problem.scene.mesh.dim
-    return [sigma[i, j] for i in range(dim) for j in range(i, dim)]
-
-
-def _principal(number: int, entries: Floats) -> Floats:
-    """A principal stress, counted from the lowest, of these entries."""
-    dim = {3: 2, 6: 3}[entries.shape[-1]]
-    stress = np.empty((*entries.shape[:-1], dim, dim))
-    above = np.triu_indices(dim)
-    stress[..., above[0], above[1]] = stress[..., above[1], above[0]] = entries
-    return np.asarray(np.linalg.eigvalsh(stress)[..., number])
-
-
-FIELDS = {
-    field.name: field
-    for field in (
-        # ρ
-        DerivedField("density", lambda problem: problem.expressions.density(), exact=lambda p, X: p.density_at(X)),
-        # [ρ − ρ*]/ρ*
-        DerivedField(
-            "relative_change",
-            _relative_change,
-            exact=lambda problem, X: problem.density_at(X) / problem.reference_density_at(X) - 1,
-        ),
-        # [ρ/ρ*]^(−m) Ψ₀, energy per volume
-        DerivedField("stimulus", lambda problem: problem.expressions.stimulus(), known=_has_stimulus),
-        # R₀, density per time, zero where nothing grows
-        DerivedField("mass_source", lambda problem: problem.expressions.mass_source(), raw=False),
-        # Principal Cauchy stresses, in the plane, in two dimensions; of several load cases, those of the mean stress.
-        DerivedField("major_stress", _stress, partial(_principal, -1), raw=False),
-        DerivedField("minor_stress", _stress, partial(_principal, 0), raw=False),
-    )
-}
-OTHERS = ("grows", "displacement", "smoothed_density")  # that files have beside them
+FIELDS = {field.name: field for field in TABLE}
+OTHERS = ("grows", "smoothed_density")  # that files have beside them
 
 
 def register(field: DerivedField) -> None:
@@ -124,29 +45,78 @@ def register(field: DerivedField) -> None:
 _OURS = tuple(FIELDS)
 
 
-def cell_fields(problem: Discretisation) -> dict[str, Floats]:
-    """Means over the owned cells of all `FIELDS`, each of shape (cells,).
+def chosen_fields(wanted: Any) -> Choice | None:
+    """The choice of some of `FIELDS`, see `fields.choice.chosen`."""
+    return chosen(wanted, FIELDS)
 
-    density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume; of laws that have one),
-    mass_source R₀ (density per time, zero where nothing grows), major_stress and minor_stress: principal Cauchy
-    stresses (in the plane, in two dimensions; of several load cases, those of the mean stress).
+
+def check_fields(wanted: Any, problem: Discretisation) -> None:
+    """Raise InputError for what is no choice of `FIELDS`, or of one that a problem does not have."""
+    choice = chosen_fields(wanted)
+    if choice is not None:
+        check_known(choice.names, FIELDS, problem)
+
+
+def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) -> dict[str, Floats]:
+    """Means over the owned cells of the `FIELDS` of these names.
+
+    Shapes (cells,), of vectors (cells, 3), of tensors (cells, 3, 3).
+    fields: None: density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume; of laws that have
+    one), mass_source R₀ (density per time, zero where nothing grows), major_stress and minor_stress: principal Cauchy
+    stresses (in the plane, in two dimensions; of several load cases, those of the mean stress), and the user's own.
     grows: one in cells that grow, zero in the others; only if there are such.  These have the density of the start, and
-    stimulus and stress of a stiffness without the weight [ρ/ρ*]ⁿ.
+    energy, stimulus and stress of a stiffness without the weight [ρ/ρ*]ⁿ.
+    What is read off a tensor, such as von Mises' stress, is that of the cell's mean tensor.
+    Raises InputError for names that are no fields, or of which the problem has none.
     """
     require_problem(problem)
-    return CellFields(problem).values()
+    return CellFields(problem, _names(fields, problem)).values()
+
+
+def node_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Floats]:
+    """The `FIELDS` of these names at the nodes of `smoothing.corner_space`, this rank's and those it shares.
+
+    Extrapolated in each cell from its integration points, linearly, and averaged over the cells around a node; at nodes
+    of cells that grow over these alone.  Shapes as of `cell_fields`, and the same errors.  What is read off a tensor is
+    that of the averaged tensor.
+    """
+    require_problem(problem)
+    return NodeFields(problem, _names(fields, problem) or ()).values()
+
+
+def point_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Floats]:
+    """The `FIELDS` of these names at the integration points of each owned cell.
+
+    Shapes (cells, points), of vectors (cells, points, 3), of tensors (cells, points, 3, 3); errors as of `cell_fields`.
+    """
+    require_problem(problem)
+    points = problem.variant.integration_points(problem.scene.mesh.cell_name)
+    return PointFields(problem, points, _names(fields, problem)).values()
+
+
+def _names(fields: Any, problem: Discretisation) -> tuple[str, ...] | None:
+    """The names of fields that a problem has."""
+    if fields is None:
+        return None
+    require_kind(fields, (tuple, list), "the fields", "a tuple of names")
+    for name in fields:
+        require_kind(name, str, "the name of a field", "a name in quotes")
+        check_name(name, FIELDS)
+    check_known(fields, FIELDS, problem)
+    return tuple(dict.fromkeys(fields))
 
 
 class CellFields:
     """The fields of a problem as means over cells, compiled once for all of its states."""
 
-    def __init__(self, problem: Discretisation) -> None:
-        self._problem, self._fields = problem, _known(problem)
+    def __init__(self, problem: Discretisation, names: Sequence[str] | None = None) -> None:
+        """names: of `FIELDS`; None: of all that are told without being asked for."""
+        self._problem, self._fields = problem, _known(problem, names)
         scalars, self._columns = _once_each(self._fields, problem)
         self._means = CellMeans(problem.scene.mesh.domain, scalars, problem.spaces.whole_volume, problem.compile)
 
     def values(self) -> dict[str, Floats]:
-        """Those of the state as it is, by name, each of shape (owned cells,)."""
+        """Those of the state as it is, by name, each of shape (owned cells,) and that of its rank."""
         means, problem = self._means(), self._problem
         found = {field.name: field.read(means[:, self._columns[field.value]]) for field in self._fields}
         return found | ({"grows": problem.grows.x.array[: len(means)]} if problem.rests else {})
@@ -155,32 +125,94 @@ class CellFields:
 class PointFields:
     """The fields of a problem at points X of the reference cell, (points, dim), compiled once for all of its states."""
 
-    def __init__(self, problem: Discretisation, X: Floats) -> None:
+    def __init__(self, problem: Discretisation, X: Floats, names: Sequence[str] | None = None) -> None:
+        """names: of `FIELDS`; None: of all that are told raw without being asked for."""
         self._problem, self._X = problem, X
-        self._fields = tuple(field for field in _known(problem) if field.raw)
-        scalars, self._columns = _once_each([field for field in self._fields if field.exact is None], problem)
-        self._compiled = [problem.compile.expression(scalar, X) for scalar in scalars]
+        self._fields = tuple(field for field in _known(problem, names) if field.raw or names is not None)
+        self._entries = _Entries(problem, X, [field for field in self._fields if field.exact is None])
 
     def values(self) -> dict[str, Floats]:
-        """Those of the state as it is, by name, each of shape (owned cells, points)."""
-        problem, mesh = self._problem, self._problem.scene.mesh
-        size = len(mesh.owned_cells), len(self._X)
-        parts = [each.eval(mesh.domain, mesh.owned_cells).reshape(size) for each in self._compiled]
-        numbers = np.stack(parts, axis=-1) if parts else np.empty((*size, 0))
-        found = {}
-        for field in self._fields:
-            if field.exact is None:
-                found[field.name] = field.read(numbers[..., self._columns[field.value]])
-            else:
-                found[field.name] = field.exact(problem, self._X)
+        """Those of the state as it is, by name, each of shape (owned cells, points) and that of its rank."""
+        problem, entries = self._problem, self._entries.values()
+        found = {
+            field.name: field.read(entries[field.name]) if field.exact is None else field.exact(problem, self._X)
+            for field in self._fields
+        }
         if problem.rests:
+            size = len(problem.scene.mesh.owned_cells), len(self._X)
             found["grows"] = np.broadcast_to(problem.grows.x.array[: size[0], np.newaxis], size)
         return found
 
 
-def _known(problem: Discretisation) -> tuple[DerivedField, ...]:
-    """The fields that a problem has."""
-    return tuple(field for field in FIELDS.values() if field.known is None or field.known(problem))
+class NodeFields:
+    """The fields of a problem averaged to the corners of its cells, compiled once for all of its states."""
+
+    def __init__(self, problem: Discretisation, names: Sequence[str]) -> None:
+        cell_name = problem.scene.mesh.cell_name
+        self._problem, self._fields, self._space = problem, _known(problem, names), corner_space(problem)
+        self._points, self._corners = problem.variant.integration_points(cell_name), reference_corners(cell_name)
+        self._extrapolation = corners_from_points(cell_name, self._points)
+        self._entries = _Entries(problem, self._points, [field for field in self._fields if field.exact is None])
+
+    def values(self) -> dict[str, Floats]:
+        """Those of the state as it is, by name, each of shape (local nodes,) and that of its rank."""
+        entries, found = self._entries.values(), {}
+        averaged: dict[Any, Floats] = {}  # by value: several fields read one
+        for field in self._fields:
+            if field.exact is None:
+                if field.value not in averaged:
+                    averaged[field.value] = self._averaged(self._extrapolated(entries[field.name]))
+                found[field.name] = field.read(averaged[field.value])
+            else:
+                found[field.name] = self._averaged(self._exact(field)).reshape(-1, *SHAPES[field.rank])
+        return found
+
+    def _exact(self, field: DerivedField) -> Floats:
+        """An exact field at the corners of each owned cell, (owned cells, corners, entries)."""
+        problem, exact = self._problem, field.exact
+        assert exact is not None
+        cells = len(problem.scene.mesh.owned_cells)
+        if field.continuous is not None and field.continuous(problem):
+            return exact(problem, self._corners).reshape(cells, len(self._corners), -1)
+        return self._extrapolated(exact(problem, self._points).reshape(cells, len(self._points), -1))
+
+    def _extrapolated(self, at_points: Floats) -> Floats:
+        return np.einsum("np,cpe->cne", self._extrapolation, at_points)
+
+    def _averaged(self, at_corners: Floats) -> Floats:
+        """Means over the cells around each local node, (local nodes, entries)."""
+        first = self._problem.growing_cells if self._problem.rests else None
+        entries = np.moveaxis(at_corners, 2, 0)
+        return np.stack([average_cells(self._space, each, first).x.array for each in entries], axis=-1)
+
+
+class _Entries:
+    """The scalars of some fields at points X of the reference cell, compiled together."""
+
+    def __init__(self, problem: Discretisation, X: Floats, fields: Sequence[DerivedField]) -> None:
+        self._problem, self._fields = problem, fields
+        scalars, self._columns = _once_each(fields, problem)
+        self._shape = len(problem.scene.mesh.owned_cells), len(X), len(scalars)
+        self._compiled = None
+        if scalars:
+            # A constant of the mesh tells where a value lives that is the same everywhere.
+            one = dolfinx.fem.Constant(problem.scene.mesh.domain, dolfinx.default_scalar_type(1.0))
+            self._compiled = problem.compile.expression(one * ufl.as_vector(scalars), X)
+
+    def values(self) -> dict[str, Floats]:
+        """Those of the state as it is, by the names of the fields, (owned cells, points, scalars of the field)."""
+        if self._compiled is None:
+            return {}
+        mesh = self._problem.scene.mesh
+        numbers = self._compiled.eval(mesh.domain, mesh.owned_cells).reshape(self._shape)
+        return {field.name: numbers[..., self._columns[field.value]] for field in self._fields}
+
+
+def _known(problem: Discretisation, names: Sequence[str] | None) -> tuple[DerivedField, ...]:
+    """The fields of these names; None: those that a problem has and that are told without being asked for."""
+    if names is not None:
+        return tuple(FIELDS[name] for name in names)
+    return tuple(field for field in FIELDS.values() if field.told and (field.known is None or field.known(problem)))
 
 
 def _once_each(fields: Sequence[DerivedField], problem: Discretisation) -> tuple[list[Any], dict[Any, slice]]:

@@ -12,23 +12,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from growthx.common.arrays import is_uniform
 from growthx.common.checks import (
     check_picture,
     require_flag,
     require_functions,
-    require_kind,
-    require_number,
     require_whole,
 )
-from growthx.common.errors import GrowthxError, InputError, OutputError, raise_on_all, shown
+from growthx.common.errors import InputError
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
+from growthx.post.colour_bars import COLOUR_MAP, RESTING_COLOUR, Scale, add_colour_bars, font, write_in_greek
 from growthx.post.colour_bars import WIDTH as BAR_WIDTH
-from growthx.post.colour_bars import Scale, add_colour_bars, font, write_in_greek
 from growthx.post.display import display
+from growthx.post.drawing import (
+    ARROW_COLOURS,
+    IMAGES,
+    PANEL_WIDTH,
+    PICTURE_WIDTH,
+    TEXT_HEIGHT,
+    arrows_of,
+    check_look,
+    named,
+    on_rank_0,
+    second_scale,
+)
+from growthx.post.movie import movie
 from growthx.post.smoothing import smoothed_density
+from growthx.post.space.pictures import Look, cutaway, overview, slices, threshold
 from growthx.post.subcells import Subcells, subcells, uniform
 
 if TYPE_CHECKING:
@@ -38,17 +49,12 @@ if TYPE_CHECKING:
 
     _Panel = tuple["_Body", list[Arrow]]
 
-# Suffixes of the formats that pyvista and matplotlib write.
-IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+__all__ = ["along_length", "cutaway", "densities", "density", "movie", "slices", "threshold"]
+
+# Suffixes of the formats that matplotlib writes.
 GRAPHS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
-COLOUR_MAP = "viridis"  # reads the same with and without colour vision
-PICTURE_WIDTH = 1000  # pixels, of a picture of one body
-PANEL_WIDTH = 620  # … and of one of several
-TEXT_HEIGHT = 60  # pixels, above and below a body
-ARROW_COLOURS = ("#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINE_STYLES = ("-", "-.", ":")
-RESTING_COLOUR = "#a9a9a9"  # of what does not grow, and has no part in the range of colours
 ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
@@ -63,8 +69,10 @@ def density(
     magnification: float = 1.0,
     loads: bool = True,
 ) -> None:
-    """Draw the density on the deformed shape of a plane body and save it, as the path's suffix says (see `IMAGES`).
+    """Draw the density on the deformed shape of a body and save it, as the path's suffix says (see `IMAGES`).
 
+    Of a body in space: its outside, and the middle slice across its shortest extent; `slices`, `threshold` and
+    `cutaway` draw others.
     What does not grow is plain grey, as is said below the colours, and has no part in their range.
     relative: draw [ρ − ρ*]/ρ* instead, as the paper does.  magnification: of the displacement.
     title: of the colour bar, with the unit; default: what is drawn, without one.
@@ -72,16 +80,19 @@ def density(
     smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
     which is constant over the part of a cell that belongs to an integration point.
     loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
-    Raises InputError, before anything is drawn, for a picture that could not be written, for a body in space, and
-    for a second scale where nothing relative is drawn or ρ* is not the same everywhere.
+    Raises InputError, before anything is drawn, for a picture that could not be written, and for a second scale where
+    nothing relative is drawn or ρ* is not the same everywhere.
     """
     require_problem(problem)
+    if problem.scene.mesh.dim == 3:
+        overview(problem, path, Look("density", title, relative, scale, smoothed, magnification), loads=loads)
+        return
     require_flag(loads, "loads, of a picture,")
-    _check_look(title, relative, scale, smoothed, magnification)
+    check_look(title, relative, scale, smoothed, magnification)
     check_picture(path, IMAGES, problem.comm)
-    second = _second_scale([problem], scale)
-    panel = _body(problem, relative, smoothed, magnification), _arrows(problem) if loads else []
-    _on_rank_0(problem, path, lambda: _draw({"": panel}, _named(title, relative), second, Path(path), 1, PICTURE_WIDTH))
+    second = second_scale([problem], scale)
+    panel = _body(problem, relative, smoothed, magnification), arrows_of(problem) if loads else []
+    on_rank_0(problem, path, lambda: _draw({"": panel}, named(title, relative), second, Path(path), 1, PICTURE_WIDTH))
 
 
 def densities(
@@ -101,14 +112,14 @@ def densities(
     """
     require_problems(problems)
     require_whole(columns, "the number of columns")
-    _check_look(title, relative, scale, smoothed, magnification)
+    check_look(title, relative, scale, smoothed, magnification)
     first = next(iter(problems.values()))
     check_picture(path, IMAGES, first.comm)
-    second = _second_scale(list(problems.values()), scale)
+    second = second_scale(list(problems.values()), scale)
     panels: dict[str, _Panel] = {
         label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
     }
-    _on_rank_0(first, path, lambda: _draw(panels, _named(title, relative), second, Path(path), columns, PANEL_WIDTH))
+    on_rank_0(first, path, lambda: _draw(panels, named(title, relative), second, Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
@@ -143,37 +154,7 @@ def along_length(
     x = np.asarray(places)[:, 0]
     if not len(x):
         raise InputError("there are no places to plot a density at: two or more along a line would be right")
-    _on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, _named("", relative), Path(path)))
-
-
-def _named(title: str, relative: bool) -> str:
-    """The title that was asked for, or else what is drawn."""
-    return title or ("[ρ − ρ*]/ρ*" if relative else "density")
-
-
-def _check_look(title: str, relative: bool, scale: str, smoothed: bool, magnification: float) -> None:
-    """Refuse what says nothing of how to draw."""
-    require_kind(title, str, "the title of a picture", "a text")
-    require_flag(relative, "relative, of a picture,")
-    require_kind(scale, str, "the title of a second scale", "a text")
-    if scale and not relative:
-        raise InputError(f"the second scale {scale!r} is for relative changes: with relative=True it would be right")
-    require_flag(smoothed, "smoothed, of a picture,")
-    require_number(magnification, "the magnification of the displacement", "a finite number", lambda _: True)
-
-
-def _second_scale(problems: list[Discretisation], title: str) -> tuple[str, float] | None:
-    """The title, and the ρ* that all bodies have everywhere; None for no title."""
-    if not title:
-        return None
-    found = [problem.scene.material.reference_density for problem in problems]
-    for each in found:
-        if not is_uniform(each) or each != found[0]:
-            raise InputError(
-                f"the second scale {title!r} is of densities whose ρ* are {shown(found[0])} and {shown(each)}: one "
-                "number that all bodies have everywhere would be right"
-            )
-    return title, float(found[0])
+    on_rank_0(first, path, lambda: _plot(curves, x, exact or {}, named("", relative), Path(path)))
 
 
 def _plot(
@@ -193,22 +174,6 @@ def _plot(
     axes.grid(color="0.9")
     axes.legend(frameon=False)
     figure.savefig(path, dpi=150)
-
-
-def _on_rank_0(problem: Discretisation, path: str | os.PathLike[str], draw: Callable[[], None]) -> None:
-    """Draw on rank 0; an error there is one on all ranks, OutputError if the file is the reason."""
-    trouble, failure = "", None
-    if problem.comm.rank == 0:
-        try:
-            draw()
-        except OSError as error:
-            reason = error.strerror or str(error)
-            trouble = f"the picture {path} cannot be written ({reason}): another folder would be right"
-        except Exception as error:  # the other ranks must hear of it whatever it is
-            failure = error
-    raise_on_all(problem.comm, trouble, OutputError)
-    if problem.comm.bcast(failure is not None):
-        raise failure or GrowthxError(f"the picture {path} could not be drawn")
 
 
 @dataclass(frozen=True)
@@ -255,7 +220,8 @@ def _body(problem: Discretisation, relative: bool, smoothed: bool, magnification
     mesh = problem.scene.mesh
     if mesh.dim != 2:
         raise InputError(
-            f"the body has {mesh.dim} dimensions: pictures are drawn of plane ones, ParaView draws the others"
+            f"the body has {mesh.dim} dimensions: several side by side are drawn of plane ones, gx.plots.density and "
+            "gx.plots.slices draw one of the others"
         )
     parts, values = _values(problem, relative, smoothed)
     at_corners = smoothed or not problem.variant.density.local
@@ -281,29 +247,6 @@ def _values(problem: Discretisation, relative: bool, smoothed: bool) -> tuple[Su
         return parts, of_cells[:, parts.points]
     parts = uniform(cell_name, 1 if space.element.basix_element.degree == 1 else ROUGH)
     return parts, of_cells @ density.shares(space.ufl_element(), parts.X).T
-
-
-def _arrows(problem: Discretisation) -> list[Arrow]:
-    """What shows the dead loads of a plane body (collective)."""
-    from growthx.model.arrows import Arrow
-
-    mesh, found = problem.scene.mesh, []
-    for load in problem.scene.dead_loads:
-        arrow = load.arrow(mesh)
-        require_kind(arrow, (Arrow, type(None)), f"the arrow of the load {load.place}", "an Arrow or None")
-        if arrow is not None and arrow.size > 0:
-            _check_entries(arrow, load.place, mesh.dim)
-            found.append(arrow)
-    return found
-
-
-def _check_entries(arrow: Arrow, place: str, dim: int) -> None:
-    """Refuse an arrow that is not drawn in the plane of the body."""
-    for what, vector in (("force", arrow.force), ("place", arrow.place)):
-        if len(vector) != dim:
-            raise InputError(
-                f"the arrow of the load {place} has {len(vector)} entries of its {what}: the mesh needs {dim}"
-            )
 
 
 def _draw(

@@ -47,12 +47,22 @@ def _to_corners(problem: Discretisation) -> Floats:
     cell_name, element = problem.scene.mesh.cell_name, problem.density_space.ufl_element()
     if not problem.variant.density.local:
         return problem.variant.density.shares(element, reference_corners(cell_name))
-    # The (multi)linear function nearest to the values at the points; where there are too few for one, the smallest.
-    return np.linalg.pinv(corner_functions(problem))
+    return corners_from_points(cell_name, compat.interpolation_points(problem.density_space.element))
+
+
+def corners_from_points(cell_name: str, points: Floats) -> Floats:
+    """What each corner of a cell takes from values at points of it, (corners, points); rows sum to one.
+
+    The (multi)linear function nearest to these values; where there are too few for one, the smallest.
+    """
+    return np.linalg.pinv(_linear_at(cell_name, points))
 
 
 def corner_functions(problem: Discretisation) -> Floats:
     """The (multi)linear function of each corner of a cell where its densities are, shape (densities, corners)."""
-    points = compat.interpolation_points(problem.density_space.element)
-    linear = basix.ufl.element("Lagrange", problem.scene.mesh.cell_name, 1)
-    return np.asarray(linear.tabulate(0, points))[0]
+    return _linear_at(problem.scene.mesh.cell_name, compat.interpolation_points(problem.density_space.element))
+
+
+def _linear_at(cell_name: str, points: Floats) -> Floats:
+    """The (multi)linear function of each corner of a cell at points of it, shape (points, corners)."""
+    return np.asarray(basix.ufl.element("Lagrange", cell_name, 1).tabulate(0, points))[0]

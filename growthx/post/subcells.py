@@ -53,6 +53,21 @@ def subcells(cell_name: str, points: Floats) -> Subcells:
     return Subcells(shape, X, pieces, owner)
 
 
+def around_points(cell_name: str, points: Floats) -> Subcells:
+    """A piece of a cell for each of its integration points, (points, dim), whatever set of points they are.
+
+    Those of `subcells`, or else, of a simplex with other points, a small copy of the cell about each of them.
+    """
+    try:
+        return subcells(cell_name, points)
+    except InputError:
+        corners = reference_corners(cell_name)
+        inside = equal_sided(basix.CellType[cell_name], points).min()  # barycentric: the nearest that one is to a side
+        X = points[:, np.newaxis] + inside * len(corners) * (corners - corners.mean(axis=0))
+        numbers = np.arange(len(points) * len(corners)).reshape(len(points), -1)
+        return Subcells(cell_name, X.reshape(-1, points.shape[1]), numbers, np.arange(len(points)))
+
+
 def uniform(cell_name: str, parts: int) -> Subcells:
     """A triangle or quadrilateral in equal pieces, `parts` along each edge; every piece is of point 0."""
     weights, pieces = refinement.lattice(cell_name, parts)

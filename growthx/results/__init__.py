@@ -3,7 +3,8 @@
 Nothing is overwritten.  What users call is here by its name.
 """
 
-from growthx.post.derived import DerivedField, cell_fields, register
+from growthx.post.derived import FIELDS, cell_fields, node_fields, point_fields, register
+from growthx.post.fields.row import DerivedField
 from growthx.results.fields import FieldWriter
 from growthx.results.folders import free_folder, new_folder
 from growthx.results.history import write_history
@@ -11,11 +12,14 @@ from growthx.results.numbers import summary
 from growthx.results.writing import write
 
 __all__ = [
+    "FIELDS",
     "DerivedField",
     "FieldWriter",
     "cell_fields",
     "free_folder",
     "new_folder",
+    "node_fields",
+    "point_fields",
     "register",
     "summary",
     "write",

@@ -25,7 +25,7 @@ from growthx.results.fingerprint import WRITER
 from growthx.results.identity import difference
 from growthx.results.series import HIDDEN
 from growthx.solvers.report import NewtonReport
-from growthx.stepping.record import Step
+from growthx.stepping.record import Cost, Step
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -39,13 +39,15 @@ FORMAT = 2  # 1 said nothing of the code of laws
 KEPT = 2  # planned files that stay: the last one, and the one before if the last is damaged
 PLANNED, INTERRUPTED = "checkpoint", "interrupted"  # first words of the names
 NAME = re.compile(rf"({PLANNED}|{INTERRUPTED})-(\d+)\.npz")
+# What else a run leaves on its way, before it is at its end.
+BESIDE = re.compile(r"history\.csv|(fields|raw|points)(\.pvd|\.vtkhdf|\d{6,}\.pvtu|_p\d+_\d{6,}\.vtu)")
 ARRAYS = [part.name for part in fields(Memory) if part.name != "numbers"]
 
 
 def is_part_of(file: Path, checkpoint: Path | None) -> bool:
-    """Whether a file is what a run leaves beside a checkpoint: others, and what it had no time to finish."""
+    """Whether a file is what a run leaves beside a checkpoint until it has ended: others, its history and states."""
     name = file.name.removeprefix(".").removesuffix(".part")
-    ours = NAME.fullmatch(name) or file.name == HIDDEN
+    ours = NAME.fullmatch(name) or BESIDE.fullmatch(name) or file.name == HIDDEN
     return bool(ours) and checkpoint is not None and file.parent.resolve() == checkpoint.parent.resolve()
 
 
@@ -80,7 +82,7 @@ class Checkpoints:
     def _identity(self) -> Memory:
         return self._find_identity()
 
-    def save(self, folder: Path, kind: str, memory: Memory, steps: Sequence[Step]) -> Path:
+    def save(self, folder: Path, kind: str, memory: Memory, steps: Sequence[Step], costs: Sequence[Cost] = ()) -> Path:
         """Write a state and the steps up to it (collective); returns the file, named by the number of steps.
 
         kind: `PLANNED`, of which the last ones are kept, or `INTERRUPTED`.
@@ -89,6 +91,7 @@ class Checkpoints:
         file = folder / f"{kind}-{len(steps):06d}.npz"
         header = {"format": FORMAT, "state": memory.numbers, "scene": self._identity.numbers}
         header["steps"] = [asdict(step) for step in steps]
+        header["costs"] = [[cost.wall_s, cost.peak_memory] for cost in costs]
         arrays = {**self._gather("state", memory), **self._gather("scene", self._identity)}
         if grown := gathered(self._problem):  # for runs on other meshes, which cannot resume this one
             header["body"], of_body = grown.as_numbers()
@@ -108,15 +111,15 @@ class Checkpoints:
         on_first_rank(write, self._comm)
         return file
 
-    def load(self, file: Path) -> tuple[Memory, list[Step]]:
-        """The state in a file and the steps up to it (collective).
+    def load(self, file: Path) -> tuple[Memory, list[Step], list[Cost]]:
+        """The state in a file, the steps up to it and what they cost (collective).
 
         Raises InputError if it is damaged, or of another format or run.
         """
         here = {**self._identity.numbers, **self._gather("scene", self._identity)}
         content: list[_Content] = []
 
-        def read() -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
+        def read() -> tuple[dict[str, Any], list[str], list[dict[str, Any]], list[list[float]]]:
             found = _read(file)
             if apart := difference({**found.scene, **found.arrays_of("scene")}, here):
                 raise InputError(
@@ -132,15 +135,15 @@ class Checkpoints:
                     here[WRITER],
                 )
             content.append(found)
-            return found.state, list(found.arrays_of("state")), found.steps
+            return found.state, list(found.arrays_of("state")), found.steps, found.costs
 
-        numbers, names, steps = on_first_rank(read, self._comm)
+        numbers, names, steps, costs = on_first_rank(read, self._comm)
         memory = Memory(numbers)
         for name in names:
             _, kind, own = name.split("/")
             whole = content[0].arrays[name] if content else None
             getattr(memory, kind)[own] = self._numbering(kind).scatter(whole)
-        return memory, list(map(_as_step, steps))
+        return memory, list(map(_as_step, steps)), [Cost(*cost) for cost in costs]
 
     def _gather(self, what: str, memory: Memory) -> dict[str, Floats]:
         """All arrays by "what/kind/name" on rank 0, nothing elsewhere (collective)."""
@@ -171,6 +174,7 @@ class _Content:
     state: dict[str, Any]
     scene: dict[str, Any]
     steps: list[dict[str, Any]]
+    costs: list[list[float]]
     arrays: dict[str, Floats]
 
     def arrays_of(self, what: str) -> dict[str, Floats]:
@@ -202,7 +206,8 @@ def in_folder(folder: Path) -> list[Path]:
 def _read(file: Path) -> _Content:
     """What a file holds; InputError if it is no checkpoint, damaged, or of another format."""
     header, arrays = members.read(file, "checkpoint", FORMAT, lambda: instead_of(file))
-    return _Content(header["state"], header["scene"], header["steps"], arrays)
+    costs = header.get("costs", [])  # of an earlier growthx there are none
+    return _Content(header["state"], header["scene"], header["steps"], costs, arrays)
 
 
 def instead_of(file: Path) -> str:

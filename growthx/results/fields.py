@@ -11,39 +11,61 @@ from growthx.common.checks import require_number, require_path
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.post.derived import CellFields
 from growthx.post.smoothing import corner_space, smoothed_density
-from growthx.results.series import Series
+from growthx.results.series import open_series
+from growthx.results.states.grid import Grid, State
 
 if TYPE_CHECKING:
+    from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.series import Keeping
 
 
 class FieldWriter:
-    """Writes the fields of a state, one after another in time, as a series that ParaView opens (`fields.pvd`)."""
+    """Writes the fields of a state, one after another in time, as a series that ParaView opens (`fields.pvd`).
 
-    def __init__(self, folder: Path, problem: Discretisation) -> None:
+    The series is whole after each state, also if the run is killed while the next is written.
+    """
+
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        """keeping: how the series is kept; None: as `Keeping()`."""
         require_path(folder, "the folder for results")
         require_problem(problem)
-        self._problem = problem
-        mesh = problem.scene.mesh
-        self._file = Series(Path(folder) / "fields.pvd", problem.comm)
-        self._fields, self._corners = CellFields(problem), corner_space(problem)
-        self._per_cell = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
-        self._displacement = dolfinx.fem.Function(
-            dolfinx.fem.functionspace(mesh.domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
-        )
+        self._problem, self._corners = problem, Corners(problem)
+        self._file = open_series(Path(folder) / "fields.pvd", self._corners.grid, problem.comm, keeping)
+        self._fields = CellFields(problem)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time: displacement and smoothed density at the nodes, the rest as means over cells."""
         require_number(time, "the time of a state", "a finite number", lambda _: True)
-        self._displacement.interpolate(self._problem.displacement)
-        functions = [self._displacement, smoothed_density(self._problem, self._corners)]
-        for name, values in self._fields.values().items():
-            function = dolfinx.fem.Function(self._per_cell, name=name)
-            function.x.array[: len(values)] = values
-            function.x.scatter_forward()
-            functions.append(function)
-        self._file.write(functions, time)
+        at_points = self._corners.displacement() | self._corners.smoothed_density()
+        self._file.write(State(at_points, self._fields.values()), time)
 
     def close(self) -> None:
         """Finish the files."""
         self._file.close()
+
+
+class Corners:
+    """The corners of the cells, as the points of a grid that they share, and what is told there."""
+
+    def __init__(self, problem: Discretisation) -> None:
+        self._problem, mesh = problem, problem.scene.mesh
+        self._scalars = corner_space(problem)
+        self._displacement = dolfinx.fem.Function(
+            dolfinx.fem.functionspace(mesh.domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
+        )
+        self.grid = Grid.of_space(self._scalars)
+
+    def displacement(self) -> dict[str, Floats]:
+        """The displacement of the state as it is."""
+        self._displacement.interpolate(self._problem.displacement)
+        return {"displacement": self.grid.values_of(self._displacement)}
+
+    def smoothed_density(self) -> dict[str, Floats]:
+        """The density of the state as it is, smoothed to the corners."""
+        return {"smoothed_density": self.grid.values_of(smoothed_density(self._problem, self._scalars))}

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import (
+    require_flag,
     require_function,
     require_path,
 )
 from growthx.common.errors import InputError, shown
-from growthx.results.checkpoints import find, is_part_of
+from growthx.post.derived import chosen_fields
+from growthx.results.checkpoints import find, is_part_of, on_first_rank
 from growthx.results.folders import free_folder, new_folder
+from growthx.results.states.choice import Choice, check_choice
+from growthx.results.states.vtkhdf import require_h5py
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mpi4py import MPI
 
 
@@ -26,20 +32,28 @@ class Plan:
 
     folder: for results and checkpoints, None if nowhere.  every: steps from one planned checkpoint to the next, None
     for none.  source: the checkpoint that the run goes on from.  refuge: a name for a folder, to be made for the last
-    state where there is none.
+    state where there is none.  states: those that are kept on the way.  vtkhdf: all of
+    them in one file.  fields: names of the fields that are written, None for those that always are.
     """
 
     folder: Path | None = None
     every: int | None = None
     source: Path | None = None
     refuge: str | os.PathLike[str] | None = None
+    states: Choice = field(default_factory=Choice)
+    vtkhdf: bool = False
+    fields: tuple[str, ...] | None = None
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether what was resumed is in the same folder."""
+        there = self.folder is not None and self.source is not None
+        return there and self.source.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
 
     @property
     def keeps_start(self) -> bool:
-        """Whether the state at the start is kept: what was resumed from the same folder is there already."""
-        there = self.folder is not None and self.source is not None
-        same = there and self.source.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
-        return self.folder is not None and self.every is not None and not same
+        """Whether a checkpoint of the start is kept: what was resumed from the same folder is there already."""
+        return self.folder is not None and self.every is not None and not self.goes_on
 
     def is_due(self, steps: int) -> bool:
         """Whether a planned checkpoint is to be kept after so many steps."""
@@ -59,14 +73,41 @@ def plan(
     resume: str | os.PathLike[str] | None,
     refuge: str | os.PathLike[str] | None,
     comm: MPI.Intracomm,
+    states: Choice,
+    vtkhdf: bool,
+    fields: Sequence[str] | None = None,
 ) -> Plan:
     """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
     source = None if resume is None else find(resume, comm)
     folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
-    return Plan(folder, every, source, refuge)
+    places = Plan(folder, every, source, refuge, states, vtkhdf, None if fields is None else tuple(fields))
+    if places.goes_on:
+        on_first_rank(lambda: _check_same_files(places), comm)
+    return places
 
 
-def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: Any) -> None:
+def _check_same_files(places: Plan) -> None:
+    """Refuse to go on with one kind of files where there are others: each would have a part of the states."""
+    there, here = (".pvd", "vtkhdf") if places.vtkhdf else (".vtkhdf", "files without vtkhdf")
+    if places.folder is not None and (other := next(places.folder.glob(f"*{there}"), None)):
+        raise InputError(
+            f"the run that is resumed keeps its states in {other}, and {here} is asked for: the same would be right"
+        )
+
+
+def check_plan(
+    *,
+    out: Any,
+    watch: Any,
+    checkpoint: Any,
+    resume: Any,
+    refuge: Any,
+    every: Any,
+    times: Any,
+    frames: Any,
+    vtkhdf: Any,
+    fields: Any = None,
+) -> None:
     """Refuse what a run cannot keep its results in, go on from, or tell of its steps."""
     for place, what in (
         (out, "the folder for results"),
@@ -77,6 +118,19 @@ def check_plan(*, out: Any, watch: Any, checkpoint: Any, resume: Any, refuge: An
             require_path(place, what)
     if watch is not None:
         require_function(watch, "watch", "a function of the result so far")
+    if chosen_fields(fields) is not None and out is None:
+        raise InputError(
+            f"the fields {', '.join(fields)} are to be written, but nowhere: a folder to write to is needed"
+        )
+    check_choice(every, times, frames)
+    require_flag(vtkhdf, "vtkhdf")
+    if vtkhdf:
+        require_h5py()
+    for name, value in (("every", every), ("times", times), ("frames", frames), ("vtkhdf", vtkhdf or None)):
+        if value is not None and out is None:
+            raise InputError(
+                f"states are to be kept by {name} = {shown(value)}, but nowhere: a folder to write to is needed"
+            )
     if checkpoint is None:
         return
     if not isinstance(checkpoint, Integral) or isinstance(checkpoint, bool) or checkpoint < 1:

@@ -1,32 +1,38 @@
-"""Fields exactly as the variant knows them, for ParaView: one small cell for each integration point, or the nodes."""
+"""Fields exactly as the variant knows them, for ParaView: a cell for each density, or the nodes of a continuous one."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import basix.ufl
 import dolfinx
 import numpy as np
-import ufl
 
-from growthx.fem import compat
+from growthx.discretisation.variants import PerCell
+from growthx.fem.assembly import CellMeans
+from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
-from growthx.post.derived import PointFields
+from growthx.post.derived import FIELDS, PointFields
 from growthx.post.subcells import subcells
-from growthx.results.series import Series
+from growthx.results.fields import Corners
+from growthx.results.series import open_series
+from growthx.results.states.grid import Grid, State, in_space
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from mpi4py import MPI
-
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.series import Keeping
 
 
-def raw_writer(folder: Path, problem: Discretisation) -> PointWriter | NodeWriter:
-    """What writes `raw.pvd` for the variant of a problem."""
-    return (PointWriter if problem.variant.density.local else NodeWriter)(folder, problem)
+def raw_writer(
+    folder: Path, problem: Discretisation, keeping: Keeping | None = None
+) -> CellWriter | PointWriter | NodeWriter:
+    """What writes `raw.pvd` for the variant of a problem; keeping: see `FieldWriter`."""
+    density = problem.variant.density
+    if not density.local:
+        return NodeWriter(folder, problem, keeping)
+    return (CellWriter if isinstance(density, PerCell) else PointWriter)(folder, problem, keeping)
 
 
 class NodeWriter:
@@ -35,91 +41,121 @@ class NodeWriter:
     Where some cells rest, each cell has nodes of its own, since the density jumps there, and tells whether it grows.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation) -> None:
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._problem = problem
-        self._file = Series(folder / "raw.pvd", problem.comm)
         mesh, degree = problem.scene.mesh, problem.density_space.element.basix_element.degree
         family = "DG" if problem.rests else "Lagrange"
         space = dolfinx.fem.functionspace(mesh.domain, (family, degree, (mesh.dim,)))
         self._displacement = dolfinx.fem.Function(space, name="displacement")
+        self._grid = Grid.of_space(space)
         self._density = problem.density
         if problem.rests:
             self._density = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, ("DG", degree)), name="density")
+        self._densities = Grid.of_space(self._density.function_space)
+        self._file = open_series(folder / "raw.pvd", self._grid, problem.comm, keeping)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
-        problem, functions = self._problem, [self._displacement, self._density]
+        problem, in_cells = self._problem, {}
         self._displacement.interpolate(problem.displacement)
         if problem.rests:
             of_cells = problem.densities_of_cells()
             self._density.x.array[self._density.function_space.dofmap.list[: len(of_cells)]] = of_cells
-            self._density.x.scatter_forward()
-            functions.append(problem.grows)
-        self._file.write(functions, time)
+            in_cells["grows"] = problem.grows.x.array[: len(of_cells)]
+        at_points = {
+            "displacement": self._grid.values_of(self._displacement),
+            "density": self._densities.values_of(self._density),
+        }
+        self._file.write(State(at_points, in_cells), time)
 
     def close(self) -> None:
         """Finish the files."""
         self._file.close()
+
+
+class CellWriter:
+    """Writes the one density of each cell, with what else `derived.FIELDS` tells raw, and whether it grows.
+
+    These others are means over the cell where the mean source drives the density, and else as they are at its midpoint.
+    """
+
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
+        self._corners = Corners(problem)
+        self._file = open_series(folder / "raw.pvd", self._corners.grid, problem.comm, keeping)
+        self._at_middle = PointFields(problem, interpolation_points(problem.density_space.element))
+        self._means = _Means(problem) if problem.variant.one_rule else None
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
+
+    def write(self, time: float) -> None:
+        """Append the state at a time."""
+        in_cells = {name: at_points[:, 0] for name, at_points in self._at_middle.values().items()}
+        if self._means is not None:
+            in_cells |= self._means.values()
+        self._file.write(State(self._corners.displacement(), in_cells), time)
+
+    def close(self) -> None:
+        """Finish the files."""
+        self._file.close()
+
+
+class _Means:
+    """Means over the owned cells of what is told raw and is not known better at points, compiled once."""
+
+    def __init__(self, problem: Discretisation) -> None:
+        known = (field for field in FIELDS.values() if field.raw and field.exact is None)
+        self._fields = [field for field in known if field.known is None or field.known(problem)]
+        parts = [field.scalars(problem) for field in self._fields]
+        self._ends = np.cumsum([len(part) for part in parts])
+        volume = problem.spaces.whole_volume
+        scalars = [scalar for part in parts for scalar in part]
+        self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile) if scalars else None
+
+    def values(self) -> dict[str, Floats]:
+        """Those of the state as it is, by name, each of shape (owned cells,)."""
+        if self._means is None:
+            return {}
+        numbers = np.split(self._means(), self._ends[:-1], axis=1)
+        return {field.name: field.read(part) for field, part in zip(self._fields, numbers, strict=True)}
 
 
 class PointWriter:
     """Writes density, its relative change, the stimulus and what else `derived.FIELDS` tells raw at integration points.
 
-    Each value on the part of a cell that is its point's; and where some cells rest, which of them grow.  The parts are
-    a mesh of their own, which stays on the ranks of their cells; its points carry the displacement.
+    Each value on the part of a cell that is its point's; and where some cells rest, which of them grow.  The parts of
+    different cells share no points; all of them carry the displacement.
     """
 
-    def __init__(self, folder: Path, problem: Discretisation) -> None:
+    def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._problem = problem
-        self._file = Series(folder / "raw.pvd", problem.comm)
-        mesh, variant = problem.scene.mesh, problem.variant
-        points = variant.integration_points(mesh.cell_name)
+        mesh, points = problem.scene.mesh, interpolation_points(problem.density_space.element)
         self._parts = subcells(mesh.cell_name, points)
-        corners = positions(mesh, self._parts.X)[:, :, : mesh.dim]
-        self._domain, self._cells, self._nodes = _loose_mesh(
-            problem.comm, self._parts.shape, corners, self._parts.pieces
-        )
-        self._per_cell = dolfinx.fem.functionspace(self._domain, ("DG", 0))
-        self._displacement = dolfinx.fem.Function(
-            dolfinx.fem.functionspace(self._domain, ("Lagrange", 1, (mesh.dim,))), name="displacement"
-        )
+        grid = Grid.of_pieces(self._parts.shape, positions(mesh, self._parts.X), self._parts.pieces)
+        self._file = open_series(folder / "raw.pvd", grid, problem.comm, keeping)
         self._fields = PointFields(problem, points)
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
-        problem, mesh = self._problem, self._problem.scene.mesh
-        u = problem.displacement_at(self._parts.X).reshape(-1, mesh.dim)
-        self._displacement.x.array.reshape(-1, mesh.dim)[self._nodes] = u
-        functions = [self._displacement]
-        for name, at_points in self._fields.values().items():
-            function = dolfinx.fem.Function(self._per_cell, name=name)
-            function.x.array[self._cells] = at_points[:, self._parts.points].ravel()
-            functions.append(function)
-        self._file.write(functions, time)
+        u = self._problem.displacement_at(self._parts.X).reshape(-1, self._problem.scene.mesh.dim)
+        in_cells = {
+            name: np.ascontiguousarray(at_points[:, self._parts.points]).ravel()
+            for name, at_points in self._fields.values().items()
+        }
+        self._file.write(State({"displacement": in_space(u)}, in_cells), time)
 
     def close(self) -> None:
         """Finish the files."""
         self._file.close()
-
-
-def _loose_mesh(
-    comm: MPI.Intracomm, shape: str, corners: Floats, pieces: Indices
-) -> tuple[dolfinx.mesh.Mesh, Indices, Indices]:
-    """A mesh of the pieces of every cell, which share no nodes with those of other cells.
-
-    corners: of the pieces, (cells, corners, dim).  Returns the mesh and, for the pieces and corners in the given order,
-    their cells and nodes there.
-    """
-    dim = corners.shape[2]
-    points = corners.reshape(-1, dim)
-    first = (comm.exscan(len(points)) or 0) + corners.shape[1] * np.arange(len(corners))
-    cells = (first[:, np.newaxis, np.newaxis] + pieces).reshape(-1, pieces.shape[1])
-    element = basix.ufl.element("Lagrange", shape, 1, shape=(dim,))
-    domain = compat.mesh_that_stays(comm, cells, points, ufl.Mesh(element))
-    start = (comm.exscan(len(cells)) or 0), (comm.exscan(len(points)) or 0)
-    own = domain.topology.index_map(dim).size_local
-    cell_of = np.empty(len(cells), dtype=np.int32)
-    cell_of[domain.topology.original_cell_index[:own] - start[0]] = np.arange(own)
-    node_of = np.empty(len(points), dtype=np.int32)
-    node_of[domain.geometry.input_global_indices - start[1]] = np.arange(len(points))
-    return domain, cell_of, node_of

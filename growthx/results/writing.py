@@ -7,21 +7,32 @@ from typing import TYPE_CHECKING
 
 from growthx.common.checks import require_path
 from growthx.common.errors import OutputError
+from growthx.post.derived import check_fields
 from growthx.results.density import write_density
-from growthx.results.fields import FieldWriter
 from growthx.results.history import write_history
-from growthx.results.raw import raw_writer
-from growthx.results.series import agreed, aside
+from growthx.results.series import Keeping, agreed, aside
+from growthx.results.states.writer import StateWriter
 from growthx.stepping.arguments import require_result
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from growthx.stepping.record import Result
 
 
-def write(folder: Path, result: Result, *, density: bool = False) -> None:
+def write(
+    folder: Path,
+    result: Result,
+    *,
+    density: bool = False,
+    history: bool = True,
+    vtkhdf: bool = False,
+    fields: Sequence[str] | None = None,
+) -> None:
     """Write the last state into a folder made by `new_folder` (collective): fields, as means and raw, and the history.
 
-    density: and what `read_density` reads.
+    density: and what `read_density` reads.  history: False where it is there already.
+    vtkhdf, fields: see `growthx.solve`.
 
     All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
     accepted step, whose state would be there to write.
@@ -32,12 +43,13 @@ def write(folder: Path, result: Result, *, density: bool = False) -> None:
     if not result.steps:
         raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
     comm = result.problem.comm
+    check_fields(fields, result.problem)
     with aside(folder, comm) as hidden:
-        for make in (FieldWriter, raw_writer):
-            writer = make(hidden, result.problem)
-            writer.write(result.time)
-            writer.close()
+        writer = StateWriter(hidden, result.problem, Keeping(vtkhdf=vtkhdf, fields=fields))
+        writer.write(result.time)
+        writer.close()
         with agreed(folder, comm):
-            write_history(hidden, result)
+            if history:
+                write_history(hidden, result)
             if density:
                 write_density(hidden, result.problem)

@@ -58,6 +58,18 @@ class Step:
         return record.step_in_words(self)
 
 
+@dataclass(frozen=True)
+class Cost:
+    """What a run has cost up to the end of a step.
+
+    wall_s: seconds since it began, of a resumed one those of the run before included.
+    peak_memory: the most memory that each of its processes had so far, of all together (MB); NaN where none can say.
+    """
+
+    wall_s: float
+    peak_memory: float
+
+
 class Ending(StrEnum):
     """How a run ended: in the biological equilibrium or at the end of time it was to reach, or before both."""
 
@@ -74,6 +86,7 @@ class Result:
     ended: how, None as long as it goes on; if early or interrupted, `reason` says when, where and why.
     folder: where fields and history are on disk, None if nowhere.
     setup_s, compile_s, solve_s: seconds for spaces and symbolic set-up, for compiling the weak forms, for marching.
+    costs: up to the end of each step; empty where nobody has kept them, as in a march.
     """
 
     problem: Discretisation
@@ -84,6 +97,7 @@ class Result:
     setup_s: float = 0.0
     compile_s: float = 0.0
     solve_s: float = 0.0
+    costs: list[Cost] = field(default_factory=list)
 
     def __repr__(self) -> str:
         return f"Result({record.result_in_short(self)})"

@@ -217,6 +217,24 @@ def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, mo
     assert json.loads(out)["converged"] and (tmp_path / "plate.png").is_file()
 
 
+@pytest.mark.parametrize("options", [(), ("--vtkhdf",)], ids=["pvd", "vtkhdf"])
+def test_a_run_leaves_its_states_and_a_movie_of_them(options, in_process, tmp_path):
+    """As many as were asked for, by the run itself or by a word of its own afterwards; the folder stays as it is."""
+    run = ("plate", "--n", 2, "--out", "out", "--frames", 5, "--times", "0.1,0.2", "--movie", "m.gif")
+    status, out, err = in_process(*run, *options)
+    assert status == 0, err
+    assert out.count("the movie is m.gif") == 1
+    before = sorted(os.listdir(tmp_path / "out"))
+    assert len([name for name in before if name.endswith((".pvtu", ".vtkhdf"))]) == (2 if options else 16)
+    status, out, err = in_process("movie", "out", "--field", "stimulus", "--per-second", 20, "--title", "Ψ")
+    assert (status, out) == (0, "the movie is out.gif\n"), err
+    assert sorted(os.listdir(tmp_path / "out")) == before
+    image = pytest.importorskip("PIL.Image")
+    for name in ("m.gif", "out.gif"):
+        with image.open(tmp_path / name) as found:
+            assert found.n_frames == 8
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -347,6 +365,31 @@ def test_two_ranks_give_the_same_object(tmp_path):
             ["femur", "--mesh", "no.msh", "--cells", "triangle"],
             "--cells triangle is for the built-in outline: with --mesh",
         ),
+        (["plate", "--every", "2"], "states are to be kept by every = 2, but nowhere: a folder to write to is needed"),
+        (
+            ["plate", "--out", "o", "--every", "0"],
+            "every, the number of steps from one kept state to the next, is 0: a",
+        ),
+        (
+            ["plate", "--out", "o", "--every", "2", "--frames", "3"],
+            "after every 2 steps and as 3 frames evenly spread:",
+        ),
+        (
+            ["plate", "--out", "o", "--times", "1,3"],
+            "a time at which a state is to be kept is 3: one from 0 to the end",
+        ),
+        (["plate", "--out", "o", "--times", "1;2"], "'1;2' are no times: numbers with commas between them would be"),
+        (
+            ["plate", "--out", "o", "--frames", "99"],
+            "99 frames are to be kept of a run of 25 steps of fixed length: at",
+        ),
+        (
+            ["plate", "--movie", "m.gif"],
+            "the movie m.gif is of states in a folder: with --out FOLDER it would be right",
+        ),
+        (["plate", "--movie", "m.gif", "--out", "o"], "the movie m.gif is of several states: --frames N, such as 50,"),
+        (["plate", "--movie", "m.avi", "--out", "o", "--every", "1"], "m.avi has the suffix '.avi': one of .gif, .mp4"),
+        (["movie", "nowhere"], "there are no states of a run in nowhere: the folder of one with --out and --frames N"),
         (["plate", "--n", "0"], "the number of cells over the plate's height is 0: a whole number from 1"),
         (["tibia"], "invalid choice: 'tibia'"),
         ([], "the following arguments are required: COMMAND"),

@@ -11,6 +11,7 @@ from blocks import COMM, block, densities, displacements, square
 import growthx as gx
 from growthx import plots
 from growthx.common.errors import InputError
+from growthx.post import drawing
 
 
 @dataclass(frozen=True)
@@ -79,16 +80,16 @@ def test_its_arrow_is_in_the_picture(shared_folder):
         image = matplotlib.image.imread(path)[:, :, :3]
         found = np.count_nonzero(np.abs(image - colour).max(axis=2) < 0.02)
         assert (found > 300) if loads else found == 0
-    (arrow,) = plots._arrows(problem)
+    (arrow,) = drawing.arrows_of(problem)
     assert (arrow.force, arrow.label) == ((0.1, -0.05), "belt")
-    assert plots._arrows(gx.discretise(block(), gx.Q1)) == []
+    assert drawing.arrows_of(gx.discretise(block(), gx.Q1)) == []
 
 
 def test_the_arrow_of_a_distributed_force_is_at_its_middle():
     """Of what is weighted, which is the same on any number of ranks; one of size zero is none."""
     force = gx.DistributedForce("right", (0.1, 0.0), weight=lambda x: 1.0 * (x[1] > 0.5), case="gait")
     none = gx.DistributedForce("right", (0.0, 0.0))
-    (arrow,) = plots._arrows(gx.discretise(block(square(4), loads=(force, none)), gx.Q1))
+    (arrow,) = drawing.arrows_of(gx.discretise(block(square(4), loads=(force, none)), gx.Q1))
     narrow = gx.DistributedForce("right", (0.1, 0.0), weight=lambda x: 1.0 * (np.abs(x[1] - 0.5) < 0.01))
     assert narrow.arrow(square(4)).place == pytest.approx((1.0, 0.5))
     assert arrow.place == pytest.approx((1.0, 0.75)) and (arrow.force, arrow.label) == ((0.1, 0.0), "gait")

@@ -23,8 +23,8 @@ from blocks import (
 from mpi4py import MPI
 
 import growthx as gx
-from growthx import plots
 from growthx.common.errors import InputError
+from growthx.post import drawing
 
 FEW = (gx.Q1P0, gx.Q1, gx.Q1sri, gx.Q2, gx.S2fri, gx.Q1Q1, gx.S2Q1, gx.P1P0, gx.P1, gx.P2P1)
 variants = pytest.mark.parametrize("variant", FEW, ids=lambda variant: variant.name)
@@ -186,7 +186,7 @@ def test_a_force_inside_is_met_and_weighted():
     force = gx.DistributedForce("both", (0.0, -0.3), weight=lambda x: np.where(x[0] < 0.75, 1.0 + x[1], 0.0))
     problem = gx.discretise(block(plane(cells=4, distortion=0.0), loads=(force,)), gx.Q1)
     assert problem.system.loads.resultant(problem.system.loads.nodal_load) == pytest.approx([0.0, -0.3], abs=1e-14)
-    (arrow,) = plots._arrows(problem)
+    (arrow,) = drawing.arrows_of(problem)
     assert arrow.place == pytest.approx([0.5, 0.5 + 1 / 18], abs=0.01)
 
 

@@ -295,20 +295,10 @@ def test_profile_of_the_bar(name, shared_folder):
     assert path.stat().st_size > 10_000
 
 
-def test_three_dimensions_are_refused():
-    """Pictures are of plane bodies: a sentence says what to use instead."""
-    import dolfinx
+def test_several_bodies_in_space_are_refused():
+    """They are drawn one by one: a sentence says by what."""
+    from blocks import block, cube
 
-    domain = dolfinx.mesh.create_unit_cube(COMM, 2, 2, 2, dolfinx.mesh.CellType.hexahedron)
-    mesh = gx.Mesh.with_names(domain, {"bottom": lambda x: np.isclose(x[2], 0), "top": lambda x: np.isclose(x[2], 1)})
-    scene = gx.Scene(
-        "cube",
-        mesh,
-        gx.Material(young=1.0),
-        gx.EnergyDrivenGrowth(attractor=0.01),
-        (gx.Support("bottom"),),
-        (gx.Traction("top", (0.0, 0.0, 0.1)),),
-        gx.Program(step=1.0, until=1.0),
-    )
-    with pytest.raises(gx.InputError, match="the body has 3 dimensions"):
-        plots.density(gx.discretise(scene, gx.Q1P0), "never.png")
+    problem = gx.discretise(block(cube(2)), gx.Q1P0)
+    with pytest.raises(gx.InputError, match=r"the body has 3 dimensions: .* gx.plots.slices draw one of the others"):
+        plots.densities({"one": problem}, "never.png")

@@ -46,10 +46,10 @@ def importers(library):
     [
         ("gmsh", {"meshing/formats/gmsh", "meshing/formats/apart/gmsh_reader", "meshing/formats/apart/stl_reader"}),
         ("meshio", {"meshing/formats/apart/meshio_reader", "meshing/formats/apart/stl_reader"}),
-        ("vtkmodules", {"meshing/formats/apart/vtk_reader"}),
+        ("vtkmodules", {"meshing/formats/apart/vtk_reader", "post/movie"}),
         ("defusedxml", {"meshing/formats/febio", "meshing/formats/apart/meshio_reader"}),
         ("petsc4py", {"solvers/newton", "solvers/linear_solvers", "solvers/tangent"}),
-        ("pyvista", {"post/plots", "post/mesh_picture"}),
+        ("pyvista", {"post/plots", "post/mesh_picture", "post/movie", "post/space/body", "post/space/panels"}),
         ("rich", {"cli/report"}),
         ("ffcx", {"fem/kernels"}),
         ("cffi", {"fem/kernels"}),

@@ -103,11 +103,12 @@ def test_the_beginning_is_a_checkpoint_too(keeping, shared_folder):
     seen = []
 
     def watch(result):
+        COMM.barrier()
         seen.append(sorted(file.name for file in (shared_folder / "whole").iterdir()))
 
     whole = keeping(gx.Q1, {}, {"watch": watch}, "whole")
-    assert seen[0] == ["checkpoint-000000.npz"]
-    assert seen[7] == ["checkpoint-000004.npz", "checkpoint-000006.npz"]
+    assert seen[0] == ["checkpoint-000000.npz", "history.csv"]
+    assert seen[7] == ["checkpoint-000004.npz", "checkpoint-000006.npz", "history.csv"]
     assert len(whole.steps) == 9
 
 

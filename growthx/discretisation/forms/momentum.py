@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 import dolfinx
 import ufl
 
+from growthx.constitutive import quantities
 from growthx.constitutive.expressions import expression
-from growthx.constitutive.kinematics import deformation_gradient, displacement_gradient, volume_change
+from growthx.constitutive.kinematics import displacement_gradient
 from growthx.discretisation.forms import balances
 from growthx.fem.lumping import at_nodes, node_shares
 from growthx.model.open_loads import OpenLoad, check_sides
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from growthx.constitutive.energies import Elasticity
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.state import State
@@ -99,14 +102,17 @@ class Momentum:
         energies = [self._material.energy_at(displacement_gradient(u)) for u in us]
         return total([_weighted(case, energy) for case, energy in zip(self._cases, energies, strict=True)])
 
-    def mean_stress(self, us: list[Any], rho: Any, *, rests: bool = False) -> Any:
-        """Cauchy stress, the weighted mean over the load cases, shape (dim, dim); rests: as in `inside`."""
+    def mean_of(
+        self, us: list[Any], rho: Any, value: Callable[[Elasticity, Any, Any], Any], *, rests: bool = False
+    ) -> Any:
+        """The weighted mean over the load cases of a value of material, density and H = ∇u; rests: as in `inside`."""
         material, stiffening = self._stiffness(rho, rests)
-        stresses = []
-        for case, u in zip(self._cases, us, strict=True):
-            H, F = displacement_gradient(u), deformation_gradient(u)
-            stresses.append(_weighted(case, material.stress(H, stiffening) * F.T / (1 + volume_change(H))))
-        return total(stresses)
+        values = [value(material, stiffening, displacement_gradient(u)) for u in us]
+        return total([_weighted(case, value) for case, value in zip(self._cases, values, strict=True)])
+
+    def stiffness(self, rho: Any, *, rests: bool = False) -> Any:
+        """[ρ/ρ*]ⁿ E; rests: as in `inside`."""
+        return quantities.stiffness(*self._stiffness(rho, rests))
 
     def of_what_rests(self, us: list[Any], tests: list[Any]) -> list[ufl.Form]:
         """What acts inside the regions that do not grow, at the density they have from the start; none if all grow."""
