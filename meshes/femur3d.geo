@@ -8,7 +8,7 @@ Geometry.OCCThruSectionsDegree = 3; // higher ones overshoot
 Geometry.OCCBoundsUseStl = 1;
 
 DefineConstant[
-  size = {4.5, Min 0.5, Max 12, Step 0.5, Name "size", Label "Cell size in mm"},
+  size = {3.4, Min 0.5, Max 12, Step 0.5, Name "size", Label "Cell size in mm"},
   head_radius = {24, Min 15, Max 35, Step 0.5, Name "head_radius", Label "Radius of the head in mm"},
   neck_shaft_angle = {128, Min 110, Max 145, Step 1, Name "neck_shaft_angle", Label "Between neck and shaft in degrees"},
   version = {9, Min -10, Max 35, Step 1, Name "version", Label "Of the neck, anteriorly, in degrees"},
@@ -18,8 +18,8 @@ DefineConstant[
   shaft_width = {28, Min 18, Max 45, Step 0.5, Name "shaft_width", Label "Of the shaft, side to side, in mm"},
   shaft_depth = {30, Min 18, Max 45, Step 0.5, Name "shaft_depth", Label "Of the shaft, front to back, in mm"},
   lean = {7, Min -5, Max 20, Step 0.5, Name "lean", Label "Of the shaft, down and medially, in degrees"},
-  bow = {1200, Min 300, Max 100000, Step 50, Name "bow", Label "Radius of the shaft's bow, forward, in mm"},
-  cut = {130, Min 95, Max 250, Step 5, Name "cut", Label "Of the shaft, below the head's centre, in mm"},
+  bow = {4000, Min 300, Max 100000, Step 50, Name "bow", Label "Radius of the shaft's bow, forward, in mm"},
+  cut = {130, Min 110, Max 250, Step 5, Name "cut", Label "Of the shaft, below the head's centre, in mm"},
   left = {0, Choices {0, 1}, Name "left", Label "A left femur instead of a right one"}
 ];
 

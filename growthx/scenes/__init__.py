@@ -1,13 +1,14 @@
-"""The benchmark scenes: the paper's bar and femur, and a plate that scales."""
+"""The benchmark scenes: the paper's bar and femur, a plate that scales, and a femur in space."""
 
 from typing import NoReturn
 
 from growthx.common.errors import no_such_name
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar
 from growthx.scenes.femur import Femur, femur
+from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import plate
 
-__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "bar", "femur", "plate"]
+__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "Femur3d", "bar", "femur", "femur3d", "plate"]
 
 
 def __getattr__(name: str) -> NoReturn:
