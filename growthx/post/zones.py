@@ -31,8 +31,8 @@ def area_means(
 ) -> dict[str, float]:
     """Mean of ρ over what grows inside each zone, by name; the same on all ranks.
 
-    zones: corners by name, in the order of the user's coordinates: of a polygon, shape (corners, 2), in the plane, where
-    means are over area; in space those of a convex body, (corners, 3), in any order, where they are over volume.
+    zones: corners by name: in the plane of a polygon, shape (corners, 2), with means over area; in space of a convex
+    body, (corners, 3), in any order, with means over volume.
     regions: names of those that count instead, whether they grow or not.
     Each cell is sampled at 24 × 24 points, in space at 4 × 4 × 4.  Raises InputError for a zone that lies outside the
     mesh, is none, or in which nothing counts, and for a region that the mesh does not have.

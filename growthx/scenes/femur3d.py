@@ -49,7 +49,7 @@ LEAST_FACETS = 3  # that a force must act on
 # E at ρ* is that of cortical bone; the attractor is chosen so that cortices and canal come to the densities that they
 # have.  The bounds are those of a marrow that still bears something, and of solid bone.
 MATERIAL = {"young": 17000.0, "poisson": 0.3, "reference_density": 1.8}
-GROWTH = {"attractor": 0.013, "rate": 20.0, "bounds": (0.02, 2.1)}
+GROWTH = {"attractor": 0.014, "rate": 20.0, "bounds": (0.02, 2.1)}
 START = 0.8  # g/cm³
 
 
@@ -160,7 +160,7 @@ def _mesh(
         if trusted:
             raise InputError("trusted is True, for a mesh that is not given: the built-in femur is no stranger's")
         own = dict(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
-        return files.read(files.locate("femur3d.geo"), comm=comm, **own)
+        return files.read(files.locate("femur3d.geo"), comm=comm, **own)  # type: ignore[arg-type]
     given = {"size": size, "left": left or None, **shape}
     for name, value in given.items():
         if value is not None:

@@ -87,8 +87,8 @@ def abductors(force: float) -> tuple[Muscle, ...]:
 
 
 ACTIVITIES = (
-    Activity("walking", (67.7, -23.6, -235.8), abductors(120.0)),
-    Activity("one-legged stance", (73.6, -15.0, -248.8), abductors(132.0)),
+    Activity("walking", (67.7, -23.6, -235.8), abductors(130.0)),
+    Activity("one-legged stance", (73.6, -15.0, -248.8), abductors(143.0)),
     Activity("standing up", (75.4, -20.1, -173.3), abductors(90.0)),
 )
-DAILY = (0.7, 0.2, 0.1)  # their parts of the day's cycles
+DAILY = (0.75, 0.2, 0.05)  # their parts of the day's cycles

@@ -107,10 +107,10 @@ class SolidAnatomy:
 
     def __str__(self) -> str:
         side = "right" if self.lateral > 0 else "left"
-        x, y, z = self.centre
+        x, y, z = self.centre.round(2) + 0.0  # no −0
         return (
-            f"a {side} femur if y points anteriorly; head of radius {self.radius:.4g} mm about ({x:.3f}, {y:.3f}, "
-            f"{z:.3f}), fitted to {self.misfit:.2g} of it; neck–shaft angle {self.neck_shaft_angle:.0f}°, version "
+            f"a {side} femur if y points anteriorly; head of radius {self.radius:.4g} mm about ({x:g}, {y:g}, {z:g}), "
+            f"fitted to {self.misfit:.1g} of it; neck–shaft angle {self.neck_shaft_angle:.0f}°, version "
             f"{self.version:.0f}°"
         )
 
@@ -123,8 +123,8 @@ def measure(mesh: Mesh) -> SolidAnatomy:
     low = float(distal[:, 2].mean())
     if low > centre[2]:
         raise InputError(
-            f"the distal end of the femur's mesh is {low - centre[2]:.4g} mm above its head: a mesh whose z axis points "
-            "superiorly would be right"
+            f"the distal end of the femur's mesh is {low - centre[2]:.4g} mm above its head: a mesh whose z axis "
+            "points superiorly would be right"
         )
     middles, volumes = _cells(mesh)
     axis, slope = _shaft(mesh, middles, volumes, centre, radius, low)
@@ -259,8 +259,8 @@ def _places(mesh: Mesh, facets: Indices) -> Floats:
     topology = mesh.domain.topology
     topology.create_connectivity(2, 3)
     topology.create_connectivity(3, 2)
-    nodes = np.unique(dolfinx.mesh.entities_to_geometry(mesh.domain, 2, facets)) if len(facets) else []
-    found = mesh.comm.allgather(mesh.domain.geometry.x[np.asarray(nodes, dtype=np.int64)])
+    nodes = dolfinx.mesh.entities_to_geometry(mesh.domain, 2, facets) if len(facets) else np.empty(0, np.int32)
+    found = mesh.comm.allgather(mesh.domain.geometry.x[np.unique(nodes)])
     return np.unique(np.concatenate(found), axis=0)
 
 
