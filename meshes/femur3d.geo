@@ -5,7 +5,6 @@
 
 SetFactory("OpenCASCADE");
 Geometry.OCCThruSectionsDegree = 3; // higher ones overshoot
-Geometry.OCCBoundsUseStl = 1;
 
 DefineConstant[
   size = {3.4, Min 0.5, Max 12, Step 0.5, Name "size", Label "Cell size in mm"},
@@ -126,13 +125,13 @@ Rotate {{0, 1, 0}, {0, 0, 0}, -side * 6 * degree} { Volume{3}; }
 Translate {side * gx, gy, gz} { Volume{3}; }
 
 // The lesser trochanter, medially and behind.
-depth = 23;
+depth = 24;
 Call OnShaft;
 Sphere(4) = {0, 0, 0, 1};
 Dilate {{0, 0, 0}, {11, 8, 12}} { Volume{4}; }
 Rotate {{0, 0, 1}, {0, 0, 0}, side * 25 * degree} { Volume{4}; }
-lx = px - shaft_width / 2 + 1;
-ly = py - 8;
+lx = px - shaft_width / 2;
+ly = py - 5;
 lz = pz;
 Translate {side * lx, ly, lz} { Volume{4}; }
 
@@ -143,8 +142,8 @@ BooleanUnion(bone) = { Volume{1}; Delete; }{ Volume{2, 3, 4}; Delete; };
 whole() = Boundary{ Volume{bone}; };
 h = head_radius + 0.5;
 head() = Surface In BoundingBox {-h, -h, -h, h, h, h};
-greater() = Surface In BoundingBox {side * gx - 20, gy - 24, gz - 30, side * gx + 20, gy + 24, gz + 30};
-lesser() = Surface In BoundingBox {side * lx - 14, ly - 14, lz - 14, side * lx + 14, ly + 14, lz + 14};
+greater() = Surface In BoundingBox {side * gx - 36, gy - 42, gz - 41, side * gx + 36, gy + 42, gz + 41};
+lesser() = Surface In BoundingBox {side * lx - 22, ly - 20, lz - 16, side * lx + 22, ly + 20, lz + 16};
 distal() = Surface In BoundingBox {-200, -200, -cut - 20, 200, 200, -cut + 20};
 surface() = Abs(whole());
 surface() -= distal();
