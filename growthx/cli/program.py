@@ -9,6 +9,7 @@ from typing import NoReturn
 
 from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
+from growthx.cli.femur3d import FEMUR3D
 from growthx.cli.mesh import MESH
 from growthx.cli.movie import MOVIE
 from growthx.cli.plate import PLATE
@@ -53,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"growthx {__version__}")
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for command in (*map(of_scene, (BAR, FEMUR, PLATE)), MESH, MOVIE):
+    for command in (*map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE)), MESH, MOVIE):
         own = words.add_parser(
             command.name,
             help=command.help,

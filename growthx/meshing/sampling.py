@@ -29,15 +29,21 @@ def reference_corners(cell_name: str) -> Floats:
     return np.asarray(basix.geometry(basix.CellType[cell_name]))
 
 
-def positions(mesh: Mesh, X: Floats) -> Floats:
-    """Where the points X of the reference cell, (points, dim), lie in the owned cells, shape (cells, points, 3)."""
-    return np.einsum("pn,cni->cpi", geometry_basis(mesh, X)[0], nodes_of_cells(mesh), optimize=True)
+def positions(mesh: Mesh, X: Floats, cells: Indices | slice = slice(None)) -> Floats:
+    """Where the points X of the reference cell, (points, dim), lie in the owned cells, shape (cells, points, 3).
+
+    cells: which of them.
+    """
+    return np.einsum("pn,cni->cpi", geometry_basis(mesh, X)[0], nodes_of_cells(mesh)[cells], optimize=True)
 
 
-def volume_ratios(mesh: Mesh, X: Floats) -> Floats:
-    """Volume of the owned cells per reference volume at the points X, shape (cells, points), positive."""
+def volume_ratios(mesh: Mesh, X: Floats, cells: Indices | slice = slice(None)) -> Floats:
+    """Volume of the owned cells per reference volume at the points X, shape (cells, points), positive.
+
+    cells: which of them.
+    """
     derivatives = geometry_basis(mesh, X)[1:]
-    jacobian = np.einsum("dpn,cni->cpid", derivatives, nodes_of_cells(mesh)[:, :, : mesh.dim], optimize=True)
+    jacobian = np.einsum("dpn,cni->cpid", derivatives, nodes_of_cells(mesh)[cells][:, :, : mesh.dim], optimize=True)
     return np.abs(np.linalg.det(jacobian))
 
 

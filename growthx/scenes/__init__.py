@@ -1,13 +1,14 @@
-"""The benchmark scenes: the paper's bar and femur, and a plate and a block that scale."""
+"""The benchmark scenes: the paper's bar and femur, a plate and a block that scale, and a femur in space."""
 
 from typing import NoReturn
 
 from growthx.common.errors import no_such_name
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar
 from growthx.scenes.femur import Femur, femur
+from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import block, plate
 
-__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "bar", "block", "femur", "plate"]
+__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "Femur3d", "bar", "block", "femur", "femur3d", "plate"]
 
 
 def __getattr__(name: str) -> NoReturn:

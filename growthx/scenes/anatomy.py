@@ -28,6 +28,7 @@ HEAD_RADIUS = 24.0
 JOINT_HALF_ARC = np.radians(35.0)
 CONTROL_POINTS = 63  # of the outline
 ABDUCTOR_INSERTION = (45, 52)  # of them
+COLUMNS = ("x_mm", "y_mm", "z_mm")  # of a table of places
 OFF_OUTLINE = 3.0  # mm that a straight facet may lie off the outline's spline
 OFF_HEAD = 0.1  # of its radius, that the boundary which bears the joint's force may lie off the head's circle
 
@@ -177,7 +178,7 @@ def own_zones(medial: int = 1) -> dict[str, Floats]:
     return {name: polygon * (medial, 1) for name, polygon in zones().items()}
 
 
-def _places(name: str, key: str) -> list[tuple[str, tuple[float, float]]]:
+def _places(name: str, key: str) -> list[tuple[str, tuple[float, ...]]]:
     """The rows of one of growthx's own tables, each a key with a place (mm); InputError if the file is damaged."""
     path = files.locate(name)
     try:
@@ -186,16 +187,16 @@ def _places(name: str, key: str) -> list[tuple[str, tuple[float, float]]]:
         raise InputError(f"growthx's own file {path} is damaged ({shown(error)}): a new copy would be right") from error
 
 
-def _rows(path: Path, key: str) -> list[tuple[str, tuple[float, float]]]:
+def _rows(path: Path, key: str, columns: tuple[str, ...] = COLUMNS[:2]) -> list[tuple[str, tuple[float, ...]]]:
     with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = [(row[key], (float(row["x_mm"]), float(row["y_mm"]))) for row in csv.DictReader(file)]
+        rows = [(row[key], tuple(float(row[column]) for column in columns)) for row in csv.DictReader(file)]
     if not rows or not np.all(np.isfinite([place for _, place in rows])):
         raise ValueError("numbers are missing")
     return rows
 
 
-def _polygons(rows: list[tuple[str, tuple[float, float]]]) -> dict[str, Floats]:
-    corners: dict[str, list[tuple[float, float]]] = {}
+def _polygons(rows: list[tuple[str, tuple[float, ...]]]) -> dict[str, Floats]:
+    corners: dict[str, list[tuple[float, ...]]] = {}
     for zone, place in rows:
         corners.setdefault(zone, []).append(place)
     return {name: np.array(polygon) for name, polygon in corners.items()}
@@ -204,45 +205,54 @@ def _polygons(rows: list[tuple[str, tuple[float, float]]]) -> dict[str, Floats]:
 # -- the user's --------------------------------------------------------------------------------------------------------
 
 
-def zones_of(given: str | Path | Mapping[str, Any]) -> dict[str, Floats]:
-    """The user's zones: polygons by name, or a CSV file with the columns zone, x_mm and y_mm, a row for each corner.
+def zones_of(given: str | Path | Mapping[str, Any], dim: int = 2) -> dict[str, Floats]:
+    """The user's zones: corners by name, of polygons in the plane and of convex bodies in space.
 
-    Raises InputError for what cannot be read, and for polygons of less than three corners or without area.
+    A CSV file has the columns zone, x_mm and y_mm, in space also z_mm, a row for each corner.
+    Raises InputError for what cannot be read, and for zones of too few corners, or without area or volume.
     """
-    wanted = "a file, or a mapping from names to polygons,"
+    wanted = "a file, or a mapping from names to corners,"
     require_kind(given, (str, Path, Mapping), "the zones", wanted)
     if not given:
         raise InputError(f"the zones are {shown(given)}: {wanted} would be right")
-    polygons = dict(given) if isinstance(given, Mapping) else _read_zones(Path(given))
+    found = dict(given) if isinstance(given, Mapping) else _read_zones(Path(given), dim)
     source = "the zones" if isinstance(given, Mapping) else str(given)
-    for name, corners in polygons.items():
+    for name, corners in found.items():
         require_name(name, "the name of a zone")
-        polygons[name] = polygon = _polygon(corners)
-        if polygon.ndim != 2 or polygon.shape[1:] != (2,) or len(polygon) < 3 or not np.all(np.abs(polygon) < LARGEST):
-            raise InputError(
-                f"the zone '{name}' of {source} is {shown(corners)}: a polygon of three corners (x, y) in mm or more "
-                "would be right"
-            )
-        x, y = (polygon - polygon[0]).T
-        if not abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) > 1e-9 * np.ptp(polygon, axis=0).max() ** 2:
-            raise InputError(f"the zone '{name}' of {source} has no area: the corners of a polygon would be right")
-    return polygons
+        found[name] = zone = _numbers(corners)
+        if zone.ndim != 2 or zone.shape[1:] != (dim,) or len(zone) <= dim or not np.all(np.abs(zone) < LARGEST):
+            least = "a polygon of three corners (x, y)" if dim == 2 else "a body of four corners (x, y, z)"
+            raise InputError(f"the zone '{name}' of {source} is {shown(corners)}: {least} in mm or more would be right")
+        if not _has_extent(zone):
+            what = "no area: the corners of a polygon" if dim == 2 else "no volume: the corners of a body"
+            raise InputError(f"the zone '{name}' of {source} has {what} would be right")
+    return found
 
 
-def _polygon(corners: Any) -> Floats:
+def _has_extent(corners: Floats) -> bool:
+    """Whether a polygon has an area, or the corners of a body do not lie in a plane."""
+    away = corners - corners[0]
+    if corners.shape[1] == 3:
+        return int(np.linalg.matrix_rank(away, tol=1e-6 * np.abs(away).max())) == 3
+    x, y = away.T
+    return bool(abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) > 1e-9 * np.ptp(corners, axis=0).max() ** 2)
+
+
+def _numbers(corners: Any) -> Floats:
     try:
         return np.empty(0) if np.iscomplexobj(corners) else np.array(corners, dtype=float)
     except (TypeError, ValueError):
         return np.empty(0)
 
 
-def _read_zones(path: Path) -> dict[str, Floats]:
+def _read_zones(path: Path, dim: int) -> dict[str, Floats]:
+    columns = COLUMNS[:dim]
     try:
-        return _polygons(_rows(path, "zone"))
+        return _polygons(_rows(path, "zone", columns))
     except OSError as error:
         raise InputError(f"the zones {path} cannot be read ({error.strerror}): a CSV file would be right") from error
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         raise InputError(
-            f"the zones {path} cannot be read ({shown(error)}): a CSV file with the columns zone, x_mm and y_mm, a row "
-            "for each corner, would be right"
+            f"the zones {path} cannot be read ({shown(error)}): a CSV file with the columns zone, "
+            f"{', '.join(columns[:-1])} and {columns[-1]}, a row for each corner, would be right"
         ) from error

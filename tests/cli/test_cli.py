@@ -76,6 +76,11 @@ COMMON = {
             ["femur", "--size", "8", "--until", "8", "--variant", "Q1"],
             {"zones", "bone", "head", "insertion", "lean", "loads"},
         ),
+        (
+            ["femur3d", "--size", "9", "--until", "2", "--weights", "1", "0", "0"],
+            {"zones", "bone", "head", "loads", "at_bounds"}
+            | {"side", "crossing", "neck_shaft_angle", "version", "body_weight"},
+        ),
         (["plate", "--n", "4", "--cells", "triangle"], {"tip_displacement"}),
     ],
 )
@@ -297,6 +302,16 @@ def test_left_and_right_femora(own_femur, found):
     assert right["zones"] == pytest.approx(left["zones"], rel=1e-12) and len(right["zones"]) == 10
 
 
+def test_a_femur_in_space(in_process):
+    """Zones that the landmarks of the mesh lay, and where each force acts."""
+    status, out, _ = in_process("femur3d", "--size", "9", "--left", "--until", "2", "--weights", "1", "0", "0")
+    assert status == 0 and "a left femur if y points anteriorly; head of radius 24 mm about (0, 0, 0)" in out
+    for name in ("medial cortex", "lateral cortex", "canal", "strut, head to calcar", "Ward's triangle", "whole bone"):
+        assert name in out
+    assert re.search(r"walking +│ +joint │ +1813 │ +head │ +\d+ │", out)
+    assert re.search(r"walking +│ +gluteus minimus │ +239 │ +trochanter │", out)
+
+
 def test_femora_that_cannot_be_meant(own_femur, in_process):
     """One sentence each, before anything is solved."""
     for arguments, sentence in (
@@ -390,6 +405,12 @@ def test_two_ranks_give_the_same_object(tmp_path):
         (["plate", "--movie", "m.gif", "--out", "o"], "the movie m.gif is of several states: --frames N, such as 50,"),
         (["plate", "--movie", "m.avi", "--out", "o", "--every", "1"], "m.avi has the suffix '.avi': one of .gif, .mp4"),
         (["movie", "nowhere"], "there are no states of a run in nowhere: the folder of one with --out and --frames N"),
+        (["femur3d", "--body-weight", "0"], "the body weight (N) is 0: one from 150 to 5000, 9.81 N for a kilogram"),
+        (["femur3d", "--loads", "superposed"], "there is no load combination 'superposed' in space: one of stimulus"),
+        (
+            ["femur3d", "--mesh", MESHES / "femur_658.msh"],
+            "cells of the shape quadrilateral, and its scene is in",
+        ),
         (["plate", "--n", "0"], "the number of cells over the plate's height is 0: a whole number from 1"),
         (["tibia"], "invalid choice: 'tibia'"),
         ([], "the following arguments are required: COMMAND"),

@@ -1,11 +1,11 @@
-"""Area means over polygons: known exactly for simple densities, and to 0.5 % in the femur's thin cortices."""
+"""Means over zones: known exactly for simple densities, and to 0.5 % in the femur's thin cortices."""
 
 from types import SimpleNamespace
 
 import dolfinx
 import numpy as np
 import pytest
-from blocks import COMM, square
+from blocks import COMM, cube, square
 
 from growthx import meshing, zones
 from growthx.common.errors import InputError
@@ -89,11 +89,58 @@ def test_a_zone_outside_the_mesh_is_refused(mesh):
         area_means(problem, {"all": POLYGONS["all"], "tail": POLYGONS["all"] + 9})
 
 
-def test_cells_in_space_are_refused():
-    """Polygons lie in a plane: a mean over tetrahedra needs another question."""
-    mesh = Mesh.with_names(dolfinx.mesh.create_unit_cube(COMM, 1, 1, COMM.size), {})
-    with pytest.raises(InputError, match="the cells are tetrahedrons: quadrilaterals or triangles fit"):
-        area_means(grown(mesh, Q1P0, lambda x: 1 + x[0]), POLYGONS)
+BODIES = {
+    "all": np.array([[x, y, z] for x in (-1, 2) for y in (-1, 2) for z in (-1, 2)]),
+    "box": np.array([[x, y, z] for x in (0.2, 0.9) for y in (0.1, 0.6) for z in (0.3, 0.8)]),
+    "tetrahedron": np.array([[0, 0, 0], [0.9, 0, 0], [0, 0.9, 0], [0, 0, 0.9]]),
+}
+MIDDLES = {"all": (0.5, 0.5, 0.5), "box": (0.55, 0.35, 0.55), "tetrahedron": (0.225, 0.225, 0.225)}
+
+
+@pytest.fixture(params=["tetrahedron", "hexahedron"])
+def solid(request):
+    """The unit cube, in distorted cells."""
+    return cube(cells=5, distortion=0.03, shape=request.param)
+
+
+def test_a_constant_is_its_own_mean_in_space(solid):
+    """As in the plane, whatever a zone cuts through."""
+    means = area_means(grown(solid, Q1P0, lambda x: np.full(x.shape[1], 1.7)), BODIES)
+    assert means == pytest.approx(dict.fromkeys(BODIES, 1.7), rel=1e-13)
+
+
+def test_the_mean_of_a_linear_density_is_its_value_at_the_centroid_in_space(solid):
+    """A mean over volume, of bodies whose corners come in any order."""
+    means = area_means(grown(solid, Q1Q1, lambda x: 1 + 2 * x[0] - 0.5 * x[1] + x[2]), BODIES)
+    for name, (x, y, z) in MIDDLES.items():
+        assert means[name] == pytest.approx(1 + 2 * x - 0.5 * y + z, rel=1e-2), name
+
+
+def test_parts_of_a_tetrahedron_have_one_volume():
+    """Else samples would not count alike; their middles have the middle of the whole."""
+    corners = zones.reference_corners("tetrahedron")
+    parts = zones._halved(corners[np.newaxis], 2)
+    volumes = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1])) / 6
+    assert volumes == pytest.approx(np.full(64, 1 / 6 / 64), rel=1e-12)
+    middles = zones._sample_points("tetrahedron")
+    assert middles.min() > 0 and middles.sum(axis=1).max() < 1
+    assert middles.mean(axis=0) == pytest.approx([0.25, 0.25, 0.25])
+
+
+@pytest.mark.parametrize(
+    ("zone", "sentence"),
+    [
+        (POLYGONS["all"], r"^the corners of the zone 'z' are of shape \(4, 2\): shape \(corners, 3\), a row for each"),
+        (np.eye(3), "^the corners of the zone 'z' are 3: four or more would be right"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "^the corners of the zone 'z' lie in a plane: those of a body"),
+        (BODIES["all"] + 9, "^the zone 'z' lies outside the mesh: a body that overlaps it would be right"),
+    ],
+    ids=["polygon", "three", "flat", "outside"],
+)
+def test_bodies_that_are_none_are_refused(solid, zone, sentence):
+    """A polygon is none in space, and nor is what has no volume."""
+    with pytest.raises(InputError, match=sentence):
+        area_means(grown(solid, Q1P0, lambda x: 1 + x[0]), {"z": zone})
 
 
 @pytest.mark.parametrize("variant", [Q1Q1, Q1P0, Q1], ids=lambda variant: variant.name)
