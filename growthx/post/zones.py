@@ -49,6 +49,14 @@ def require_overlap(mesh: Mesh, polygons: Mapping[str, Floats]) -> None:
         pass
 
 
+def contains(name: str, polygon: Floats, places: Floats) -> Marks:
+    """Which places, (…, 2), a zone holds, shape (…); InputError for what is no polygon, shape (corners, 2)."""
+    from matplotlib.path import Path
+
+    inside = Path(_corners(name, polygon)).contains_points(places.reshape(-1, 2))
+    return np.asarray(inside.reshape(places.shape[:-1]))
+
+
 def _integrals(
     mesh: Mesh, polygons: Mapping[str, Floats], values: Floats | float, counts: Marks | bool
 ) -> Iterator[tuple[str, tuple[float, float]]]:
