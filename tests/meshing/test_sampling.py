@@ -216,10 +216,11 @@ def test_rules_in_parts_of_a_cell(cell, parts):
     X, weights = split_rule(cell, parts, 4)
     finer, exact = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[cell], 8))
     dim = X.shape[1]
-    assert len(X) == parts**dim * len(split_rule(cell, 1, 4)[0]) == len(np.unique(X.round(12), axis=0))
+    assert len(X) == parts**dim * len(split_rule(cell, 1, 4)[0])
     for powers in np.ndindex(*(5,) * dim):
         if sum(powers) <= 4:
             integrals = [np.sum(w * np.prod(x**powers, axis=1)) for x, w in ((X, weights), (finer, exact))]
             assert integrals[0] == pytest.approx(integrals[1], rel=1e-12)
-    inside = (X > 0).all() and ((X < 1).all() if cell in ("quadrilateral", "hexahedron") else (X.sum(axis=1) < 1).all())
-    assert inside and (weights > 0).all()
+    last = X.max(axis=1) if cell in ("quadrilateral", "hexahedron") else X.sum(axis=1)
+    assert X.min() >= -1e-12 and last.max() <= 1 + 1e-12
+    assert weights.min() > 0  # as means of what is positive need them
