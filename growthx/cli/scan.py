@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 READING = "ct"  # the key of its numbers
-DEFAULTS = {"ct_by": "point", "ct_floor": 0.01, "ct_frame": "RAS"}
+DEFAULTS: dict[str, Any] = {"ct_by": "point", "ct_floor": 0.01, "ct_frame": "RAS"}
 
 
 def add_scan(parser: argparse.ArgumentParser) -> None:

@@ -34,7 +34,8 @@ def nibabel(what: str) -> Any:
 
 def read(path: Path, comm: MPI.Intracomm) -> tuple[Floats, Floats]:
     """Voxels, (i, j, k) or what there is, and the affine in mm, RAS, read on rank 0, on all ranks (collective)."""
-    values, affine = np.empty(0), np.eye(4)
+    values: Floats = np.empty(0)
+    affine: Floats = np.eye(4)
     problem = ""
     if comm.rank == 0:
         try:

@@ -140,7 +140,8 @@ def _scan(values: Any, affine: Any, orientation: str, name: str) -> Scan:
         first = np.unravel_index(int(np.argmax(wrong)), found.shape)
         raise InputError(
             f"{int(wrong.sum())} of {found.size} voxels of {name} are no finite numbers, the first at the indices "
-            f"{place_in_words(first)}: numbers in all, as numpy.nan_to_num(values, nan=-1000) gives, would be right"
+            f"{place_in_words(map(float, first))}: numbers in all, as numpy.nan_to_num(values, nan=-1000) gives, are "
+            "right"
         )
     return Scan(Voxels(found, _affine(affine, f"the affine of {name}")), orientation, name)
 

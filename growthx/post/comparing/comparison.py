@@ -91,8 +91,8 @@ def compare(
         found[name] = _agreement(problem, f"the zone '{name}'", volumes * inside, one, two)
     whole = _agreement(problem, "the body", volumes * grows, one, two)
     if picture is not None:
-        means = [np.sum(volumes * values, axis=1) / volumes.sum(axis=1) for values in (one, two)]
-        draw(problem, *means, picture, unit)
+        means = (np.sum(volumes * values, axis=1) / volumes.sum(axis=1) for values in (one, two))
+        draw(problem, *means, path=picture, unit=unit)
     return Comparison(**vars(whole), zones=found)
 
 

@@ -20,7 +20,7 @@ PIXELS = 400  # along the longer side of the body
 TITLES = ("run", "compared with", "run − compared with")
 
 
-def draw(problem: Discretisation, one: Floats, two: Floats, path: str | os.PathLike[str], unit: str) -> None:
+def draw(problem: Discretisation, one: Floats, two: Floats, *, path: str | os.PathLike[str], unit: str) -> None:
     """Draw means of the owned cells, (cells,) each, where the body grows; of one in space in its coronal plane."""
     low, high = _box(problem)
     across = (0, 1) if problem.scene.mesh.dim == 2 else (0, 2)
@@ -32,7 +32,7 @@ def draw(problem: Discretisation, one: Floats, two: Floats, path: str | os.PathL
         places[:, axis] = grid.ravel()
     cells, _ = cells_at(problem.scene.mesh, places)
     cells[~np.isin(cells, problem.growing_cells)] = -1
-    images = []
+    images: list[Floats] = []
     for values in (one, two):
         raster = np.where(cells >= 0, values[np.maximum(cells, 0)] if len(values) else -np.inf, -np.inf)
         problem.comm.Allreduce(MPI.IN_PLACE, raster, MPI.MAX)
