@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from growthx.common.checks import require_kind, require_name
-from growthx.common.errors import InputError
+from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.discretisation.checks import arguments
 from growthx.meshing.sampling import as_rows, positions, volume_ratios
 
@@ -23,24 +23,42 @@ SAMPLES = 24  # per direction of a cell: zone means to 0.2 % on the femur's mesh
 
 
 def area_means(
-    problem: Discretisation, polygons: Mapping[str, Floats], regions: str | tuple[str, ...] | None = None
+    problem: Discretisation,
+    polygons: Mapping[str, Floats],
+    regions: str | tuple[str, ...] | None = None,
+    values: Floats | None = None,
 ) -> dict[str, float]:
     """Mean of ρ over what grows inside each polygon, shape (corners, 2), by name; the same on all ranks.
 
     regions: names of those that count instead, whether they grow or not.
+    values: of another field, one for each owned cell, (cells,), as those of `cell_fields`.
     Each cell is sampled at 24 × 24 points.  Raises InputError for a polygon that lies outside the mesh, is none, or in
     which nothing counts, and for a region that the mesh does not have.
     """
     arguments.require_problem(problem)
     mesh = problem.scene.mesh
-    density = problem.density_at(_sample_points(mesh.cell_name))
+    field = problem.density_at(_sample_points(mesh.cell_name)) if values is None else _of_cells(values, mesh)
     counts = np.isin(mesh.owned_cells, problem.cells_of(regions))[:, np.newaxis]
     means = {}
-    for name, (total, area) in _integrals(mesh, polygons, density, counts):
+    for name, (total, area) in _integrals(mesh, polygons, field, counts):
         if area == 0.0:
             raise InputError(f"the zone '{name}' {_has_nothing(regions)}")
         means[name] = total / area
     return means
+
+
+def _of_cells(values: Floats, mesh: Mesh) -> Floats:
+    """Values of the owned cells, as a column; InputError, on all ranks, for what are none."""
+    trouble, found = "", np.empty(0)
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        trouble = f"the values of cells are {shown(values)}"
+    if not trouble and found.shape != mesh.owned_cells.shape:
+        trouble = f"the values of cells are of shape {found.shape}"
+    right = f"one number for each of the {len(mesh.owned_cells)} cells of the rank would be right"
+    raise_on_all(mesh.comm, trouble and f"{trouble}: {right}")
+    return found[:, np.newaxis]
 
 
 def require_overlap(mesh: Mesh, polygons: Mapping[str, Floats]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from growthx.common.arrays import Field
-from growthx.common.checks import check_picture, is_function, require_kind, require_name
+from growthx.common.checks import check_picture, is_function, require_each, require_kind, require_name
 from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.discretisation.transfers.grown import GrownDensity
@@ -58,6 +58,7 @@ def compare(
     *,
     zones: Mapping[str, Any] | None = None,
     picture: str | os.PathLike[str] | None = None,
+    labels: tuple[str, str] = ("run", "compared with"),
     unit: str = "g/cm³",
 ) -> Comparison:
     """Compare the density that a run has ended with, over what grows, with another one (collective).
@@ -66,7 +67,7 @@ def compare(
     zones: by name, a polygon of a plane body, (corners, 2); names of regions, as a tuple; or a function of position, x
     of shape (3, points), that is true inside.
     picture: an image of both and of the difference, means of cells; of a body in space the coronal plane (x, z)
-    through its middle.  unit: of density, in the picture.
+    through its middle.  labels: of both, in the picture.  unit: of density, there.
 
     Cells are sampled at points that integrate a polynomial of degree 5, in the plane at those of each of its 4 × 4
     parts.  The same on all ranks.  Raises InputError for a zone in which nothing grows, and if the other density does
@@ -75,6 +76,9 @@ def compare(
     problem = getattr(result, "problem", result)
     require_problem(problem)
     require_kind(unit, str, "the unit of density", "a text")
+    labels = require_each(labels, str, "the labels of a picture", "text")
+    if len(labels) != 2:
+        raise InputError(f"the labels of a picture are {shown(labels)}: two texts would be right")
     require_kind(zones or {}, Mapping, "what holds the zones", "a mapping from names to what they are")
     if picture is not None:
         check_picture(picture, IMAGES, problem.comm)
@@ -92,7 +96,7 @@ def compare(
     whole = _agreement(problem, "the body", volumes * grows, one, two)
     if picture is not None:
         means = (np.sum(volumes * values, axis=1) / volumes.sum(axis=1) for values in (one, two))
-        draw(problem, *means, path=picture, unit=unit)
+        draw(problem, *means, path=picture, labels=labels, unit=unit)
     return Comparison(**vars(whole), zones=found)
 
 

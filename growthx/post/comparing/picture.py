@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 IMAGES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".tif", ".tiff")
 PIXELS = 400  # along the longer side of the body
-TITLES = ("run", "compared with", "run − compared with")
 
 
-def draw(problem: Discretisation, one: Floats, two: Floats, *, path: str | os.PathLike[str], unit: str) -> None:
+def draw(
+    problem: Discretisation, one: Floats, two: Floats, *, path: str | os.PathLike[str], labels: Any, unit: str
+) -> None:
     """Draw means of the owned cells, (cells,) each, where the body grows; of one in space in its coronal plane."""
     low, high = _box(problem)
     across = (0, 1) if problem.scene.mesh.dim == 2 else (0, 2)
@@ -40,7 +41,9 @@ def draw(problem: Discretisation, one: Floats, two: Floats, *, path: str | os.Pa
     trouble = ""
     if problem.comm.rank == 0:
         try:
-            _draw(images, [bound for end in ends for bound in end], "xz" if across[1] == 2 else "xy", path, unit)
+            _draw(
+                images, [bound for end in ends for bound in end], "xz" if across[1] == 2 else "xy", path, labels, unit
+            )
         except OSError as error:
             reason = error.strerror or str(error)
             trouble = f"the picture {path} cannot be written ({reason}): another folder would be right"
@@ -55,7 +58,9 @@ def _box(problem: Discretisation) -> tuple[Floats, Floats]:
     return low, high
 
 
-def _draw(images: list[Floats], extent: list[Any], axes: str, path: str | os.PathLike[str], unit: str) -> None:
+def _draw(
+    images: list[Floats], extent: list[Any], axes: str, path: str | os.PathLike[str], labels: Any, unit: str
+) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -72,9 +77,10 @@ def _draw(images: list[Floats], extent: list[Any], axes: str, path: str | os.Pat
         panel.imshow(image, origin="lower", extent=extent, interpolation="nearest", **look)
         for panel, image, look in zip(panels, (one, two, one - two), looks, strict=True)
     ]
-    for panel, title in zip(panels, TITLES, strict=True):
+    titles = (*labels, f"{labels[0]} − {labels[1]}")
+    for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title)
-        panel.set_facecolor("white" if title != TITLES[2] else "0.85")
+        panel.set_facecolor("white" if title != titles[2] else "0.85")
         panel.set_xlabel(axes[0])
         panel.locator_params(nbins=4)
     panels[0].set_ylabel(axes[1])
