@@ -5,8 +5,8 @@
 
 DefineConstant[
   size = {3.5, Min 0.5, Max 10, Step 0.5, Name "size", Label "Cell size in mm"},
-  tip = {35, Min 5, Max 70, Step 5, Name "tip", Label "Height of the stem's tip in mm"},
-  width = {9, Min 2, Max 30, Step 1, Name "width", Label "Width of the stem at its tip in mm"},
+  tip = {50, Min 5, Max 70, Step 5, Name "tip", Label "Height of the stem's tip in mm"},
+  width = {13, Min 2, Max 30, Step 1, Name "width", Label "Width of the stem at its tip in mm"},
   head = {14, Min 10, Max 18, Step 1, Name "head", Label "Radius of the stem's head in mm"},
   natural = {0, Choices {0, 1}, Name "natural", Label "The femur's own head and neck instead of the stem's"},
   triangles = {0, Choices {0, 1}, Name "triangles", Label "Triangles instead of quadrilaterals"}
@@ -92,13 +92,13 @@ Line(4) = {63, 1};
 // The stem's corners: on the cut, at shares of it; beside the middle of the shaft; and its tip.  scenes/stem.py, which
 // looks whether they lie in the bone, has them, too.
 middle = -0.5;
-Point(101) = {30.40 - 0.2 * 17.40, 100.90 + 0.2 * 28.50, 0};
+Point(101) = {30.40 - 0.1 * 17.40, 100.90 + 0.1 * 28.50, 0};
 Point(102) = {middle + width / 2 + 7, 95, 0};
 Point(103) = {middle + width / 2 + 1, 75, 0};
 Point(104) = {middle + width / 2, tip, 0};
 Point(105) = {middle - width / 2, tip, 0};
 Point(106) = {middle - width / 2 - 1.5, 90, 0};
-Point(107) = {30.40 - 0.7 * 17.40, 100.90 + 0.7 * 28.50, 0};
+Point(107) = {30.40 - 0.85 * 17.40, 100.90 + 0.85 * 28.50, 0};
 Line(11) = {16, 101};
 Line(12) = {101, 102};
 Line(13) = {102, 103};
@@ -117,8 +117,8 @@ If (natural)
 Else
   // The neck, 12 wide, from the middle of the stem's part of the cut to the centre of the head.
   half = 6;
-  dx = 43 - (30.40 - 0.45 * 17.40);
-  dy = 132 - (100.90 + 0.45 * 28.50);
+  dx = 43 - (30.40 - 0.475 * 17.40);
+  dy = 132 - (100.90 + 0.475 * 28.50);
   long = Sqrt(dx * dx + dy * dy);
   dx = dx / long;
   dy = dy / long;

@@ -33,7 +33,7 @@ TITANIUM, COBALT_CHROMIUM = 110_000.0, 200_000.0  # MPa
 CORTICAL = 17_000.0  # MPa, of bone in truth
 MIDDLE = -0.5  # x of the middle of the shaft
 CUT = np.array([[30.40, 100.90], [13.00, 129.40]])  # ends of the cut through the neck
-ON_CUT = (0.2, 0.7)  # shares of it, between which the stem comes out of the bone
+ON_CUT = (0.1, 0.85)  # shares of it, between which the stem comes out of the bone
 COVER = 1.0  # mm of bone that must be around the stem
 
 
@@ -43,7 +43,7 @@ def scaled(young: float, reference_density: float = 1.2, exponent: float = 2.0) 
     return young / CORTICAL * BONE_YOUNG * (CORTEX / reference_density) ** exponent
 
 
-def corners(tip: float = 35.0, width: float = 9.0) -> Floats:
+def corners(tip: float = 50.0, width: float = 13.0) -> Floats:
     """Corners of the stem in the bone, from the medial end of its part of the cut round to the lateral one, (7, 2).
 
     tip: its height (mm).  width: there.  The same as in meshes/femur_stem.geo.
@@ -56,8 +56,8 @@ def corners(tip: float = 35.0, width: float = 9.0) -> Floats:
 
 def stem_mesh(
     *,
-    tip: float = 35.0,
-    width: float = 9.0,
+    tip: float = 50.0,
+    width: float = 13.0,
     head: float = 14.0,
     natural: bool = False,
     size: float = 3.5,
@@ -178,7 +178,7 @@ def _tip(mesh: Mesh) -> float:
     return float(mesh.comm.allreduce(float(nodes[..., 1].min(initial=np.inf)), MPI.MIN))
 
 
-def gruen(tip: float = 35.0) -> dict[str, Floats]:
+def gruen(tip: float = 50.0) -> dict[str, Floats]:
     """Gruen's zones 1 to 7 around a stem with its tip at a height: lateral down, below the tip, and medial up.
 
     Polygons that reach beyond the bone, of which what grows counts: shape (corners, 2).
