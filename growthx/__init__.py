@@ -59,6 +59,7 @@ _HOME = {
     "solve": "run",
     "transfer": "discretisation.transfers.transfer",
     "read_density": "results.density",
+    "compare": "post.comparing.comparison",
     "homeostasis": "stepping.equilibrium",
     "Result": "stepping.record",
     "RunEndedEarly": "run",
@@ -69,6 +70,7 @@ _HOME = {
 }
 _MODULES = {
     "baselines": "baselines",
+    "ct": "results.ct",
     "functions": "constitutive.functions",
     "meshing": "meshing",
     "plots": "post.plots",

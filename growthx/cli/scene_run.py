@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from growthx.cli import picture, states
+from growthx.cli import picture, scan, states
 from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
@@ -60,6 +60,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fields", metavar="NAMES", help=FIELDS)
     states.add_states(parser)
     _add_checkpoints(parser)
+    scan.add_scan(parser)
     if scene.drawn_in is not None:
         picture.add_picture(parser)
         if scene.in_space:
@@ -78,12 +79,16 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
 
     variant = None if options.variant is None else variants.named(options.variant)
     stepping = _stepping(options)
+    scan.check(options)
     if command.by_gmsh:
         load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
     if options.bounds is not None:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
+    scanned = scan.density(options, scene.mesh)
+    if scanned is not None:
+        scene = replace(scene, initial_density=scanned)
     setup = time.perf_counter() - start
     if command.drawn_in is not None:
         picture.check(options, scene.mesh)
@@ -111,7 +116,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
             kept = f"the last good state is in {result.folder}" if result.folder else "nothing has been written"
             print(f"growthx: {ended}; {kept}", file=sys.stderr)
     result.setup_s += setup
-    readings = command.read(result)
+    readings = {**command.read(result), **scan.read(result, scanned)}
     posed = check(result.problem) if options.check or not is_well_posed(scene) else None
     if posed is not None:
         readings = {**readings, "well_posedness": asdict(posed)}
@@ -122,6 +127,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     else:
         report.steps(result)
         command.show(result, readings)
+        scan.show(result, readings)
         report.times(result)
         if posed is not None:
             report.say(result, f"{scene.name}: {posed}")

@@ -10,9 +10,9 @@ import dolfinx
 import numpy as np
 
 from growthx.common.arrays import is_uniform
-from growthx.common.checks import is_function, require
+from growthx.common.checks import require
 from growthx.fem.assembly import average_cells
-from growthx.meshing.fields import as_ufl, interpolate, scalar
+from growthx.meshing.fields import as_ufl, has_points, put
 from growthx.meshing.sampling import reference_corners
 from growthx.meshing.transferred import TransferredDensity
 
@@ -63,8 +63,8 @@ def _fill(spaces: Spaces, density: dolfinx.fem.Function) -> None:
     given = spaces.scene.start_density
     if is_uniform(given):
         density.x.array[:] = given
-    elif is_function(given):
-        interpolate(density, scalar(given))
+    elif has_points(given):
+        put(density, given, spaces.scene.mesh)
         density.x.scatter_forward()  # where others' cells are, a node's place has another last digit
     elif isinstance(given, TransferredDensity):
         density.x.array[:] = given.x.array
@@ -93,7 +93,7 @@ def _own_at_rest(spaces: Spaces, density: dolfinx.fem.Function) -> tuple[Any, Fl
 
     In UFL, and of each cell that rests.
     """
-    if is_function(spaces.scene.start_density):
+    if has_points(spaces.scene.start_density):
         return _split_at_jumps(spaces, density)
     given = as_ufl(spaces.scene.start_density, spaces.scene.mesh)
     if isinstance(spaces.scene.start_density, TransferredDensity):
@@ -110,7 +110,7 @@ def _split_at_jumps(spaces: Spaces, density: dolfinx.fem.Function) -> tuple[dolf
     inwards = X + A_HAIR * (reference_corners(mesh.cell_name).mean(axis=0) - X)
     points = basix.ufl.quadrature_element(element.cell_type.name, points=inwards, weights=np.ones(len(X)))
     inside = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, points))
-    interpolate(inside, scalar(spaces.scene.start_density))
+    put(inside, spaces.scene.start_density, mesh)
     cells = len(mesh.owned_cells)
     values = inside.x.array[inside.function_space.dofmap.list[:cells]]
     at_nodes = np.asarray(density.x.array[spaces.density_space.dofmap.list[:cells]])

@@ -15,6 +15,7 @@ from growthx.common.communicators import steady
 from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.common.overrides import is_foreign
 from growthx.meshing.cell_data import of_cells
+from growthx.meshing.images.density import ScanDensity
 from growthx.meshing.transferred import TransferredDensity
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def per_cell(field: Field, mesh: Mesh) -> dolfinx.fem.Function:
     values = dolfinx.fem.Function(_space_for(field, mesh))
     rows = values.function_space.dofmap.list
     if not isinstance(field, Mapping):
-        _fill(values, field, mesh.local_cells, "the value of a field")
+        _fill(values, field, mesh, mesh.local_cells, "the value of a field")
         return values
     without = np.ones(len(mesh.local_cells), dtype=bool)
     for name, part in field.items():
@@ -55,7 +56,7 @@ def per_cell(field: Field, mesh: Mesh) -> dolfinx.fem.Function:
         elif isinstance(part, TransferredDensity):
             values.x.array[rows[cells]] = part.on(mesh).x.array[rows[cells]]
         else:
-            _fill(values, part, cells, "the value of a region")
+            _fill(values, part, mesh, cells, "the value of a region")
         without[cells] = False
     missing = mesh.comm.allreduce(int(without[mesh.owned_cells].sum()))
     if missing:
@@ -76,13 +77,26 @@ def _space_for(field: Field, mesh: Mesh) -> dolfinx.fem.FunctionSpace:
     return spaces[0] if spaces else dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
 
 
-def _fill(values: dolfinx.fem.Function, part: Field, cells: Indices, what: str) -> None:
+def _fill(values: dolfinx.fem.Function, part: Field, mesh: Mesh, cells: Indices, what: str) -> None:
     if is_uniform(part):
         values.x.array[values.function_space.dofmap.list[cells]] = part
     elif not is_function(part):
         raise InputError(f"{what} is {shown(part)}: a number or a function of position would be right")
     else:
-        interpolate(values, scalar(part), cells)
+        put(values, part, mesh, cells)
+
+
+def has_points(field: Field) -> bool:
+    """Whether a field is a function of position; the mean of a scan over cells is none, and neither is a number."""
+    return is_function(field) and not (isinstance(field, ScanDensity) and field.of_cells)
+
+
+def put(values: dolfinx.fem.Function, field: Field, mesh: Mesh, cells: Indices | None = None) -> None:
+    """Put a function of position, or what a scan says, on a Function, on some of its cells or all (collective)."""
+    if isinstance(field, ScanDensity):
+        field.put_on(values, mesh, cells)  # of whose points ranks speak together
+    else:
+        interpolate(values, scalar(field), cells)
 
 
 def interpolate(values: dolfinx.fem.Function, function: Callable[[Floats], Any], cells: Indices | None = None) -> None:

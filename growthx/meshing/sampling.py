@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
 import basix
@@ -11,16 +12,18 @@ import numpy as np
 from growthx.common.communicators import same_on_all
 from growthx.common.errors import raise_on_all, shown
 from growthx.fem import compat
+from growthx.fem.cells import SIMPLICES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mpi4py import MPI
 
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats, Indices, Selection
     from growthx.meshing.mesh import Mesh
 
 
+ALL = slice(None)
 PULL_BACK_ITERATIONS = 20  # quadratic: a convex quadrilateral takes five
 
 
@@ -29,11 +32,31 @@ def reference_corners(cell_name: str) -> Floats:
     return np.asarray(basix.geometry(basix.CellType[cell_name]))
 
 
-def positions(mesh: Mesh, X: Floats, cells: Indices | slice = slice(None)) -> Floats:
-    """Where the points X of the reference cell, (points, dim), lie in the owned cells, shape (cells, points, 3).
+def split_rule(cell_name: str, parts: int, degree: int) -> tuple[Floats, Floats]:
+    """Points of the reference cell, (points, dim), and weights, of a rule in each of so many parts along every edge.
 
-    cells: which of them.
+    Simplices are parted as Kuhn does: the corner x₁ ≥ x₂ ≥ x₃ of a cube of parts³ cubes, in tetrahedra of equal volume.
     """
+    X, weights = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[cell_name], degree))
+    dim = X.shape[1]
+    low = np.stack(np.meshgrid(*[np.arange(parts)] * dim, indexing="ij"), axis=-1).reshape(-1, 1, dim)
+    if cell_name not in SIMPLICES:
+        points = (low + X).reshape(-1, dim) / parts
+        return points, np.tile(weights, len(low)) / parts**dim
+    inner = np.vstack([X, np.full(dim, 1 / (dim + 1))])  # and the middle, which tells whether a part belongs
+    falling = np.cumsum(inner[:, ::-1], axis=1)[:, ::-1]
+    found = []
+    for order in permutations(range(dim)):
+        places = low + falling[:, np.argsort(order)]
+        within = np.all(np.diff(places[:, -1], axis=1) < 0, axis=1)
+        found.append(places[within, :-1].reshape(-1, dim))
+    y = np.concatenate(found) / parts
+    points = np.column_stack([y[:, :-1] - y[:, 1:], y[:, -1]])
+    return points, np.tile(weights, len(points) // len(X)) / parts**dim
+
+
+def positions(mesh: Mesh, X: Floats, cells: Selection = ALL) -> Floats:
+    """Where the points X of the reference cell, (points, dim), lie in owned cells, all or some, (cells, points, 3)."""
     return np.einsum("pn,cni->cpi", geometry_basis(mesh, X)[0], nodes_of_cells(mesh)[cells], optimize=True)
 
 

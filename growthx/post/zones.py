@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from growthx.common.checks import require_kind, require_name
-from growthx.common.errors import InputError
+from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.discretisation.checks import arguments
 from growthx.meshing.sampling import as_rows, nodes_of_cells, positions, reference_corners, volume_ratios
 
@@ -27,26 +27,44 @@ KINDS = {2: "polygon", 3: "body"}  # of zones, by the dimension of the mesh
 
 
 def area_means(
-    problem: Discretisation, zones: Mapping[str, Floats], regions: str | tuple[str, ...] | None = None
+    problem: Discretisation,
+    zones: Mapping[str, Floats],
+    regions: str | tuple[str, ...] | None = None,
+    values: Floats | None = None,
 ) -> dict[str, float]:
     """Mean of ρ over what grows inside each zone, by name; the same on all ranks.
 
     zones: corners by name: in the plane of a polygon, shape (corners, 2), with means over area; in space of a convex
     body, (corners, 3), in any order, with means over volume.
     regions: names of those that count instead, whether they grow or not.
+    values: of another field, one for each owned cell, (cells,), as those of `cell_fields`.
     Each cell is sampled at 24 × 24 points, in space at 4 × 4 × 4.  Raises InputError for a zone that lies outside the
     mesh, is none, or in which nothing counts, and for a region that the mesh does not have.
     """
     arguments.require_problem(problem)
     mesh = problem.scene.mesh
-    density = problem.density_at(_sample_points(mesh.cell_name))
+    field = problem.density_at(_sample_points(mesh.cell_name)) if values is None else _of_cells(values, mesh)
     counts = np.isin(mesh.owned_cells, problem.cells_of(regions))
     means = {}
-    for name, (total, size) in _integrals(mesh, zones, density, counts):
+    for name, (total, size) in _integrals(mesh, zones, field, counts):
         if size == 0.0:
             raise InputError(f"the zone '{name}' {_has_nothing(regions, KINDS[mesh.dim])}")
         means[name] = total / size
     return means
+
+
+def _of_cells(values: Floats, mesh: Mesh) -> Floats:
+    """Values of the owned cells, as a column; InputError, on all ranks, for what are none."""
+    trouble, found = "", np.empty(0)
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        trouble = f"the values of cells are {shown(values)}"
+    if not trouble and found.shape != mesh.owned_cells.shape:
+        trouble = f"the values of cells are of shape {found.shape}"
+    right = f"one number for each of the {len(mesh.owned_cells)} cells of the rank would be right"
+    raise_on_all(mesh.comm, trouble and f"{trouble}: {right}")
+    return found[:, np.newaxis]
 
 
 def require_overlap(mesh: Mesh, zones: Mapping[str, Floats]) -> None:
@@ -56,12 +74,18 @@ def require_overlap(mesh: Mesh, zones: Mapping[str, Floats]) -> None:
         pass
 
 
+def contains(name: str, zone: Floats, places: Floats) -> Marks:
+    """Which places, (…, dim), a zone as in `area_means` holds, shape (…); InputError for what is none."""
+    _, _, inside = _zone(name, zone, places.shape[-1])
+    return np.asarray(inside(places.reshape(-1, places.shape[-1])).reshape(places.shape[:-1]))
+
+
 def _integrals(
     mesh: Mesh, zones: Mapping[str, Floats], values: Floats, counts: Marks
 ) -> Iterator[tuple[str, tuple[float, float]]]:
     """By zone, the integral of values at the sample points over what counts of its part of the mesh, and its size.
 
-    values: (cells, points).  counts: which of the owned cells do, (cells,).
+    values: (cells, points) or (cells, 1).  counts: which of the owned cells do, (cells,).
     """
     X = _sample_points(mesh.cell_name)
     nodes = nodes_of_cells(mesh)[:, :, : mesh.dim]

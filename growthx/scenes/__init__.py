@@ -7,8 +7,22 @@ from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar
 from growthx.scenes.femur import Femur, femur
 from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import block, plate
+from growthx.scenes.stem import gruen, stem, stem_mesh
 
-__all__ = ["CONTINUOUS", "DISCONTINUOUS", "Femur", "Femur3d", "bar", "block", "femur", "femur3d", "plate"]
+__all__ = [
+    "CONTINUOUS",
+    "DISCONTINUOUS",
+    "Femur",
+    "Femur3d",
+    "bar",
+    "block",
+    "femur",
+    "femur3d",
+    "gruen",
+    "plate",
+    "stem",
+    "stem_mesh",
+]
 
 
 def __getattr__(name: str) -> NoReturn:

@@ -10,7 +10,7 @@ import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
 from growthx.fem import compat
 from growthx.meshing.mesh import Mesh
-from growthx.meshing.sampling import cells_at, dof_positions, positions, volume_ratios
+from growthx.meshing.sampling import cells_at, dof_positions, positions, split_rule, volume_ratios
 
 VARIANTS = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 
@@ -207,3 +207,20 @@ def test_a_sample_is_a_function_of_position(variant):
         new = gx.discretise(block(square(4), growing=growing, **changes), variant)
         places = new.density_positions()[: len(new.volumes)]
         assert new.density.x.array[: len(places)] == pytest.approx(start(places.T), abs=1e-12)
+
+
+@pytest.mark.parametrize("cell", ["quadrilateral", "triangle", "hexahedron", "tetrahedron"])
+@pytest.mark.parametrize("parts", [1, 2, 3])
+def test_rules_in_parts_of_a_cell(cell, parts):
+    """Each part is there once, and has its share: polynomials of the rule's degree are integrated, by more points."""
+    X, weights = split_rule(cell, parts, 4)
+    finer, exact = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[cell], 8))
+    dim = X.shape[1]
+    assert len(X) == parts**dim * len(split_rule(cell, 1, 4)[0])
+    for powers in np.ndindex(*(5,) * dim):
+        if sum(powers) <= 4:
+            integrals = [np.sum(w * np.prod(x**powers, axis=1)) for x, w in ((X, weights), (finer, exact))]
+            assert integrals[0] == pytest.approx(integrals[1], rel=1e-12)
+    last = X.max(axis=1) if cell in ("quadrilateral", "hexahedron") else X.sum(axis=1)
+    assert X.min() >= -1e-12 and last.max() <= 1 + 1e-12
+    assert weights.min() > 0  # as means of what is positive need them

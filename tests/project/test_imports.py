@@ -51,6 +51,7 @@ def importers(library):
         ("petsc4py", {"solvers/newton", "solvers/linear_solvers", "solvers/tangent"}),
         ("pyvista", {"post/plots", "post/mesh_picture", "post/movie", "post/space/body", "post/space/panels"}),
         ("rich", {"cli/report"}),
+        ("nibabel", {"meshing/images/nifti"}),
         ("ffcx", {"fem/kernels"}),
         ("cffi", {"fem/kernels"}),
     ],
@@ -60,7 +61,7 @@ def test_each_library_has_its_home(library, homes):
     assert importers(library) == homes
 
 
-@pytest.mark.parametrize("library", ["gmsh", "pyvista", "matplotlib"])
+@pytest.mark.parametrize("library", ["gmsh", "pyvista", "matplotlib", "nibabel"])
 def test_costly_libraries_are_imported_when_used(library):
     """A run that draws nothing, or meshes nothing, must not wait for the plotting or meshing library."""
     for module in importers(library):
@@ -219,7 +220,7 @@ def test_a_plain_run_loads_no_pictures():
     """A run that draws nothing loads no plotting library."""
     code = (
         "import sys; from growthx.cli import main; main(['plate', '--n', '4', '--json']); "
-        "print(*(n for n in ('pyvista', 'vtk', 'matplotlib') if n in sys.modules), file=sys.stderr)"
+        "print(*(n for n in ('pyvista', 'vtk', 'matplotlib', 'nibabel') if n in sys.modules), file=sys.stderr)"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stderr.split() == []

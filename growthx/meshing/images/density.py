@@ -1,0 +1,166 @@
+"""The density that a scan means, as a field of a scene: at points, or as means over cells."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+
+from growthx.common.checks import require_number
+from growthx.common.errors import InputError, shown
+from growthx.meshing.images.relation import Relation
+from growthx.meshing.images.tally import Tally
+from growthx.meshing.sampling import nodes_of_cells, positions, split_rule, volume_ratios
+
+if TYPE_CHECKING:
+    from growthx.common.arrays import Floats, Indices
+    from growthx.meshing.images.voxels import Voxels
+    from growthx.meshing.mesh import Mesh
+
+POINT, MEAN, MODULUS = "point", "mean", "modulus"
+WAYS = (POINT, MEAN, MODULUS)
+PLANES = {"axial": (0, 1, 2), "coronal": (0, 2, 1), "sagittal": (1, 2, 0)}  # the scan's axes of x, y and what is left
+DEGREE = 4  # of the rule in each part: of lower ones some weights are negative
+HAIR = 1e-6  # of a voxel
+MOST_PARTS = 6  # of a cell in each direction
+AT_ONCE = 400_000  # points
+
+
+@dataclass(frozen=True)
+class Slice:
+    """Where a plane body lies in a scan: the plane's name, and the coordinate that is the same in it."""
+
+    plane: str
+    at: float
+
+    def __post_init__(self) -> None:
+        if self.plane not in PLANES:
+            raise InputError(f"the plane of the slice is {shown(self.plane)}: one of {', '.join(PLANES)} is right")
+        require_number(self.at, "the place of the slice, z,", "a finite number", lambda _: True)
+
+    def lifted(self, places: Floats) -> Floats:
+        """Places of the body's plane, (places, 2 or 3), as those of the scan."""
+        found = np.full((len(places), 3), float(self.at))
+        found[:, PLANES[self.plane][:2]] = places[:, :2]
+        return found
+
+
+class ScanDensity:
+    """A density made of the values of a scan, wherever a scene takes a field; `Scan.density` makes it.
+
+    At points it is a function of position, x of shape (3, points).  Means are of cells, and have no other places.
+    """
+
+    def __init__(
+        self, voxels: Voxels, relation: Relation, *, by: str, exponent: float, place: Slice | None, name: str
+    ) -> None:
+        if by not in WAYS:
+            raise InputError(f"the density of a scan is by {shown(by)}: one of {', '.join(WAYS)} would be right")
+        require_number(exponent, "the exponent of E ∝ ρⁿ", "a positive number", lambda n: n > 0)
+        self.voxels, self.relation, self.by, self.exponent, self.place = voxels, relation, by, exponent, place
+        self.name = name
+        self._told: set[str] = set()
+
+    def __repr__(self) -> str:
+        return f"ScanDensity({self.name} by {self.by})"
+
+    @property
+    def of_cells(self) -> bool:
+        """Whether it has one value in each cell, of no place."""
+        return self.by != POINT
+
+    def __call__(self, x: Floats) -> Floats:
+        """The density at points x, (3, points) or (2, points), in the frame of the scan.
+
+        Raises InputError if any of them is outside, or for a mean over cells.
+        """
+        if self.of_cells:
+            raise InputError(
+                f"the density of {self.name} is by {self.by} over cells and is asked for at points: by='point' would "
+                "be right"
+            )
+        return self.at_points(np.asarray(x, dtype=float).T, MPI.COMM_SELF)
+
+    def at_points(self, places: Floats, comm: MPI.Comm, counted: Any = slice(None)) -> Floats:
+        """The density at places of each rank, (places, 2 or 3) (collective).
+
+        counted: those of them that no other rank has.  Raises InputError, on all ranks, if any is outside.
+        """
+        tally = Tally()
+        density = self._density(places, tally, counted)
+        tally.found(density[counted], places[counted], self.relation.floor)
+        self._judge(tally, comm, "points")
+        return np.maximum(density, self.relation.floor)
+
+    def put_on(self, values: dolfinx.fem.Function, mesh: Mesh, cells: Indices | None = None) -> None:
+        """Give it to a Function on some of the cells that a rank knows, default all (collective); errors as above."""
+        self.check_dimension(mesh.dim)
+        cells = mesh.local_cells if cells is None else cells
+        owned = cells < len(mesh.owned_cells)
+        if self.of_cells:
+            rows = values.function_space.dofmap.list[cells[owned]]
+            values.x.array[rows] = self._means(mesh, cells[owned])[:, np.newaxis]
+        else:
+            asked: list[Floats] = []
+
+            def remember(x: Floats) -> Floats:
+                asked.append(np.array(x[: mesh.dim].T))
+                return np.zeros(x.shape[1])
+
+            values.interpolate(remember, cells)
+            places = asked[0] if asked else np.empty((0, mesh.dim))
+            counted = np.repeat(owned, len(places) // max(len(cells), 1))
+            found = self.at_points(places, mesh.comm, counted)
+            values.interpolate(lambda x: found, cells)
+        values.x.scatter_forward()
+
+    def check_dimension(self, dim: int) -> None:
+        """Refuse a body in the plane without a slice, and a body in space with one."""
+        if dim == 2 and self.place is None:
+            raise InputError(
+                f"the body is plane and {self.name} is in space: the place of its slice, z=, would be right"
+            )
+        if dim == 3 and self.place is not None:
+            raise InputError(f"z is {self.place.at:g}, of a slice, and the body is in space: no z would be right")
+
+    def _density(self, places: Floats, tally: Tally, counted: Any) -> Floats:
+        """At places of the body, before the floor."""
+        values, outside = self.voxels.at(places if self.place is None else self.place.lifted(places))
+        tally.asked_at(places[counted], outside[counted])
+        return self.relation(values)
+
+    def _judge(self, tally: Tally, comm: MPI.Comm, what: str) -> None:
+        notice = tally.judged(self.relation, self.name, what, comm)
+        if notice and notice not in self._told and comm.rank == 0:
+            logging.getLogger("growthx").warning("growthx: %s", notice)
+        self._told.add(notice)
+
+    def _means(self, mesh: Mesh, cells: Indices) -> Floats:
+        """Of owned cells, by a rule in each of so many parts along their edges as the largest has voxels, 6 at most."""
+        nodes = nodes_of_cells(mesh)
+        size = mesh.comm.allreduce(float(np.ptp(nodes, axis=1).max(initial=0.0)), MPI.MAX)
+        X, weights = split_rule(
+            mesh.cell_name, int(np.clip(np.ceil(size / self.voxels.spacing.min() - HAIR), 1, MOST_PARTS)), 3
+        )
+        middle = nodes.mean(axis=1)[:, : mesh.dim]
+        volumes = weights * volume_ratios(mesh, X)[cells]
+        means, tally = np.empty(len(cells)), Tally()
+        step = max(1, AT_ONCE // len(X))
+        for start in range(0, len(cells), step):
+            part = slice(start, start + step)
+            places = positions(mesh, X, cells[part])[:, :, : mesh.dim].reshape(-1, mesh.dim)
+            density = self._density(places, tally, slice(None)).reshape(-1, len(X))
+            shares = volumes[part] / volumes[part].sum(axis=1, keepdims=True)
+            if self.by == MODULUS:
+                tally.found(density.ravel(), places, self.relation.floor)
+                powers = np.maximum(density, self.relation.floor) ** self.exponent
+                means[part] = np.sum(shares * powers, axis=1) ** (1 / self.exponent)
+            else:
+                means[part] = np.sum(shares * density, axis=1)
+                tally.found(means[part], middle[cells[part]], self.relation.floor)
+        self._judge(tally, mesh.comm, "points" if self.by == MODULUS else "cells")
+        return np.maximum(means, self.relation.floor)
