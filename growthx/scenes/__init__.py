@@ -1,4 +1,4 @@
-"""The benchmark scenes: the paper's bar and femur, and a plate that scales."""
+"""The benchmark scenes: the paper's bar and femur, a femur with a stem, and a plate that scales."""
 
 from typing import NoReturn
 

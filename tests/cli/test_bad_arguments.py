@@ -48,7 +48,19 @@ OPTIONS = {
     ),
     "--size": st.sampled_from(["8", "9", "1e9", *(number for number in NUMBERS if number not in ("1", "0.5"))]),
     **dict.fromkeys(
-        ("--problem", "--cells", "--loads", "--mesh", "--zones", "--variant", "--scheme", "--picture"),
+        (
+            "--problem",
+            "--cells",
+            "--loads",
+            "--mesh",
+            "--zones",
+            "--variant",
+            "--scheme",
+            "--picture",
+            "--ct",
+            "--hu",
+            "--ct-by",
+        ),
         st.sampled_from(WORDS),
     ),
 }
