@@ -93,7 +93,8 @@ def read(result: Result, scanned: ScanDensity | None) -> Mapping[str, Any]:
         return {}
     from growthx.post.comparing.comparison import compare
 
-    return {READING: {name: value for name, value in asdict(compare(result, scanned)).items() if name != "zones"}}
+    zones = dict(getattr(result.scene, "zones", {}))  # those that the scene tells the densities of
+    return {READING: asdict(compare(result, scanned, zones=zones))}
 
 
 def show(result: Result, readings: Mapping[str, Any]) -> None:

@@ -55,7 +55,8 @@ def area_means(
 
 def _of_cells(values: Floats, mesh: Mesh) -> Floats:
     """Values of the owned cells, as a column; InputError, on all ranks, for what are none."""
-    trouble, found = "", np.empty(0)
+    found: Floats = np.empty(0)
+    trouble = ""
     try:
         found = np.asarray(values, dtype=float)
     except (TypeError, ValueError):

@@ -17,6 +17,7 @@ from growthx.common.checks import require_number
 from growthx.common.errors import InputError
 from growthx.common.words import place_in_words
 from growthx.discretisation.checks.arguments import require_problem
+from growthx.fem import compat
 from growthx.meshing import files
 from growthx.meshing.mesh import Mesh
 from growthx.meshing.sampling import volume_ratios
@@ -174,7 +175,7 @@ def _as_bone(mesh: Mesh, density: Field, material: Any) -> dolfinx.fem.Function:
 
 def _tip(mesh: Mesh) -> float:
     """The lowest point of the stem."""
-    nodes = mesh.domain.geometry.x[mesh.domain.geometry.dofmap[mesh.region("stem")]]
+    nodes = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[mesh.region("stem")]]
     return float(mesh.comm.allreduce(float(nodes[..., 1].min(initial=np.inf)), MPI.MIN))
 
 

@@ -34,6 +34,7 @@ def test_every_scene_begins_with_a_scan(scene, scan, capfd):
     out = capfd.readouterr().out
     if COMM.rank == 0:
         found = json.loads(out)["ct"]
+        assert len(found["zones"]) == (10 if scene == "femur" else 0)
         assert found["other"] == pytest.approx(0.8, abs=0.02) and found["bias"] == found["mean"] - found["other"]
 
 

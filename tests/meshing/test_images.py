@@ -4,10 +4,11 @@ import logging
 import re
 from dataclasses import replace
 
+import dolfinx
 import numpy as np
 import pytest
 from blocks import COMM, block, cube, gathered, run, square
-from scans import A, B, centres, linear, proximal_femur, skewed
+from scans import CORTEX, MARROW, A, B, centres, linear, proximal_femur, skewed
 
 import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
@@ -175,6 +176,43 @@ def test_the_way_by_ash():
     x = np.array([[0.3], [0.3], [0.3]])
     found = scan.density(a=A, b=B, ash=(0.079, 0.877, 0.6))(x)
     assert found == pytest.approx((0.079 + 0.877 * (A + B * exact(x))) / 0.6)
+
+
+def test_a_shaft_in_space():
+    """The parametric femur as a scanner sees it: a dense cortex, an empty canal, and HU of soft tissue between none."""
+    values, affine = proximal_femur(2.0)
+    scan = gx.ct.from_array(values, affine)
+    ends = [[27.0, -13.0, -110.0], [53.0, 13.0, -30.0]]
+    mesh = gx.Mesh.with_names(
+        dolfinx.mesh.create_box(COMM, ends, [13, 13, 4]), {"left": lambda x: np.isclose(x[2], -110.0)}
+    )
+    scene = replace(block(cube(1)), mesh=mesh, loads=(), initial_density=scan.density(a=A, b=B, by="mean"))
+    problem = gx.discretise(scene, gx.P1P0)
+    zones = {
+        "canal": lambda x: np.hypot(x[0] - 40, x[1]) < 2,
+        "cortex": lambda x: np.abs(np.hypot(x[0] - 40, x[1]) - 10) < 1.5,
+    }
+    found = gx.compare(problem, scan.density(a=A, b=B), zones=zones)
+    assert found.zones["canal"].mean == pytest.approx(A + B * MARROW, rel=1e-3)
+    assert found.zones["cortex"].mean == pytest.approx(A + B * CORTEX, rel=3e-2)
+    assert found.pearson > 0.95 and abs(found.bias) < 0.01
+
+
+def test_a_run_from_a_scan_goes_on(shared_folder):
+    """A checkpoint knows the density that the scan gave: the same scan goes on with it, another is refused."""
+    scan, _ = linear()
+    scene = still(square(2), scan.density(a=A, b=B, z=0.5))
+    gx.solve(
+        replace(scene, program=gx.Program(step=0.1, until=0.2, ramp=0.2)),
+        gx.Q1P0,
+        out=shared_folder / "a",
+        checkpoint=1,
+    )
+    again = gx.solve(scene, gx.Q1P0, resume=shared_folder / "a")
+    assert again.problem.mass() == pytest.approx(gx.solve(scene, gx.Q1P0).problem.mass(), rel=1e-12)
+    other = replace(scene, initial_density=scan.density(a=A, b=1.1 * B, z=0.5))
+    with pytest.raises(gx.GrowthxError, match="the initial density"):
+        gx.solve(other, gx.Q1P0, resume=shared_folder / "a")
 
 
 # -- told --------------------------------------------------------------------------------------------------------------

@@ -196,7 +196,7 @@ def test_control_points_of_script_and_table_agree():
 
 def test_locate_finds_our_files_and_names_them():
     """Demos and scenes find the meshes wherever growthx is installed; a wrong name shows the right ones."""
-    for name in ("bar.geo", "femur.geo", "femur_658.msh", "femur_outline.csv", "femur_zones.csv"):
+    for name in ("bar.geo", "femur.geo", "femur_stem.geo", "femur_658.msh", "femur_outline.csv", "femur_zones.csv"):
         assert meshing.locate(name).is_file()
     with pytest.raises(InputError, match=r"no mesh file 'tibia.geo'; it has .*femur.geo"):
         meshing.locate("tibia.geo")

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError, shown
+from growthx.fem.cells import SIMPLICES
 from growthx.meshing.images.relation import Relation
 from growthx.meshing.images.tally import Tally
 from growthx.meshing.sampling import nodes_of_cells, positions, split_rule, volume_ratios
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 POINT, MEAN, MODULUS = "point", "mean", "modulus"
 WAYS = (POINT, MEAN, MODULUS)
 PLANES = {"axial": (0, 1, 2), "coronal": (0, 2, 1), "sagittal": (1, 2, 0)}  # the scan's axes of x, y and what is left
-DEGREE = 4  # of the rule in each part: of lower ones some weights are negative
-HAIR = 1e-6  # of a voxel
 MOST_PARTS = 6  # of a cell in each direction
 AT_ONCE = 400_000  # points
 
@@ -143,9 +142,8 @@ class ScanDensity:
         """Of owned cells, by a rule in each of so many parts along their edges as the largest has voxels, 6 at most."""
         nodes = nodes_of_cells(mesh)
         size = mesh.comm.allreduce(float(np.ptp(nodes, axis=1).max(initial=0.0)), MPI.MAX)
-        X, weights = split_rule(
-            mesh.cell_name, int(np.clip(np.ceil(size / self.voxels.spacing.min() - HAIR), 1, MOST_PARTS)), 3
-        )
+        parts = int(np.clip(np.round(size / self.voxels.spacing.min()), 1, MOST_PARTS))
+        X, weights = split_rule(mesh.cell_name, parts, 2 if mesh.cell_name in SIMPLICES else 3)
         middle = nodes.mean(axis=1)[:, : mesh.dim]
         volumes = weights * volume_ratios(mesh, X)[cells]
         means, tally = np.empty(len(cells)), Tally()

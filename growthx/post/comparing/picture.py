@@ -22,7 +22,10 @@ PIXELS = 400  # along the longer side of the body
 def draw(
     problem: Discretisation, one: Floats, two: Floats, *, path: str | os.PathLike[str], labels: Any, unit: str
 ) -> None:
-    """Draw means of the owned cells, (cells,) each, where the body grows; of one in space in its coronal plane."""
+    """Draw means of the owned cells, (cells,) each, where the body grows; of one in space in its coronal plane.
+
+    What does not grow is grey.
+    """
     low, high = _box(problem)
     across = (0, 1) if problem.scene.mesh.dim == 2 else (0, 2)
     ends = [(low[i], high[i]) for i in across]
@@ -32,10 +35,12 @@ def draw(
     for axis, grid in zip(across, np.meshgrid(*ticks, indexing="xy"), strict=True):
         places[:, axis] = grid.ravel()
     cells, _ = cells_at(problem.scene.mesh, places)
-    cells[~np.isin(cells, problem.growing_cells)] = -1
+    grows = np.isin(cells, problem.growing_cells)
+    rests = np.zeros(len(one))
     images: list[Floats] = []
-    for values in (one, two):
-        raster = np.where(cells >= 0, values[np.maximum(cells, 0)] if len(values) else -np.inf, -np.inf)
+    for values, there in ((one, grows), (two, grows), (rests, (cells >= 0) & ~grows)):
+        raster = np.full(len(cells), -np.inf)
+        raster[there] = values[cells[there]]
         problem.comm.Allreduce(MPI.IN_PLACE, raster, MPI.MAX)
         images.append(np.where(np.isfinite(raster), raster, np.nan).reshape(len(ticks[1]), len(ticks[0])))
     trouble = ""
@@ -62,15 +67,16 @@ def _draw(
     images: list[Floats], extent: list[Any], axes: str, path: str | os.PathLike[str], labels: Any, unit: str
 ) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
 
-    one, two = images
+    one, two, rests = images
     width, height = extent[1] - extent[0], extent[3] - extent[2]
     tall = 5.5
     figure = Figure(figsize=(3 * max(tall * min(width / height, 2.0), 2.2) + 3.2, tall), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(1, 3, sharex=True, sharey=True)
-    limits = {"vmin": np.nanmin(images), "vmax": np.nanmax(images)}
+    limits = {"vmin": np.nanmin([one, two]), "vmax": np.nanmax([one, two])}
     apart = max(float(np.nanmax(np.abs(one - two))), 1e-12)
     looks = [{"cmap": "viridis", **limits}] * 2 + [{"cmap": "RdBu_r", "vmin": -apart, "vmax": apart}]
     drawn = [
@@ -79,8 +85,9 @@ def _draw(
     ]
     titles = (*labels, f"{labels[0]} − {labels[1]}")
     for panel, title in zip(panels, titles, strict=True):
+        panel.imshow(rests, origin="lower", extent=extent, interpolation="nearest", cmap=ListedColormap(["#8c8c8c"]))
         panel.set_title(title)
-        panel.set_facecolor("white" if title != titles[2] else "0.85")
+        panel.set_facecolor("white" if title != titles[2] else "0.86")
         panel.set_xlabel(axes[0])
         panel.locator_params(nbins=4)
     panels[0].set_ylabel(axes[1])
