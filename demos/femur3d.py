@@ -18,16 +18,17 @@ FORWARD, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def slices(bone):
-    """By title: a place, the directions to the right and up, and how far the slice goes along them (mm)."""
+    """By title and the direction to the right: a place, that direction and the one up, how far along each (mm)."""
     lateral = np.array([bone.lateral, 0.0, 0.0])
     along = bone.neck * (1, 1, 0) / np.linalg.norm(bone.neck[:2])  # the neck's plane is turned by its version
     shaft = bone.crossing + 0.6 * bone.depth * bone.shaft
     low = bone.crossing[2] - bone.depth - bone.centre[2] - 5
     across = (-25, 25)
+    tall = (low, 30)
     return {
-        "in the neck's plane": (bone.centre, along, UP, (-30, 75), (low, 30)),
-        "along the shaft, from its side": (shaft + UP * (bone.centre - shaft), FORWARD, UP, (-35, 30), (low, 30)),
-        f"across, z = {shaft[2]:.0f} mm": (shaft, lateral, FORWARD, across, across),
+        ("in the neck's plane", "laterally"): (bone.centre, along, UP, (-30, 75), tall),
+        ("along the shaft", "anteriorly"): (shaft + UP * (bone.centre - shaft), FORWARD, UP, (-35, 30), tall),
+        (f"across, {-shaft[2]:.0f} mm below", "laterally"): (shaft, lateral, FORWARD, across, across),
     }
 
 
@@ -50,11 +51,11 @@ def picture(problem, path):
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     FigureCanvasAgg(figure)
     widths = [np.ptp(panel[3]) for panel in panels.values()]
-    for axes, image, (title, panel) in zip(
+    for axes, image, ((title, right), panel) in zip(
         figure.subplots(1, len(panels), width_ratios=widths), images, panels.items(), strict=True
     ):
         shown = axes.imshow(image, origin="lower", extent=(*panel[3], *panel[4]), vmin=0, vmax=2.1, cmap="viridis")
-        axes.set(title=title, xlabel="mm")
+        axes.set(title=title, xlabel=f"{right} (mm)")
     figure.colorbar(shown, ax=figure.axes, label="density (g/cm³)", shrink=0.6)
     figure.savefig(path, dpi=100)
 
