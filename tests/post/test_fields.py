@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import dolfinx
 import numpy as np
@@ -462,5 +463,8 @@ def test_rows_say_what_they_are():
 
     told = re.findall(r"[a-z_0-9]+", FIELDS.partition("; of ")[2].partition("(")[0])
     assert told == list(derived._OURS)
+    page = (Path(__file__).parents[2] / "docs" / "fields.md").read_text(encoding="utf-8")
     for field in derived.TABLE:
         assert field.title and field.unit, field.name
+        kind = ("scalar", "vector", "tensor")[field.rank]
+        assert f"| `{field.name}` | {field.title} | {field.unit} | {kind} |" in page
