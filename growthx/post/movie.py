@@ -24,10 +24,12 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Marks
 
 MOVIES = (".gif", ".mp4", ".ogv")
-PROGRAMS = ("imageio_ffmpeg", "av")  # what imageio writes .mp4 with
+PROGRAMS = ("imageio", "imageio_ffmpeg")  # which .mp4 needs
 LONGER = 800  # pixels, of the longer side of a body
 TITLE = 60  # pixels, above it
 SAMPLES = 5  # pictures whose colours all pictures of a .gif have
+BORDER = 20  # pixels, around both
+BLOCK = 16  # pixels, of what video is made of
 WHITE = 250  # and above, of 255: the background, which a choice of colours may grey
 LIGHT: dict[str, Any] = {"ambient": 0.75, "diffuse": 0.35}  # most of it from all around: colours are those of the bar
 TILT = (0.35, 0.25)  # of the eye that looks at a cut, to the side and up
@@ -85,10 +87,10 @@ def check_movie(path: Any, comm: MPI.Comm) -> None:
     """Refuse, on all ranks, a movie that could not be written, also for want of a program (collective)."""
     check_picture(path, MOVIES, comm)
     file = Path(path)
-    if file.suffix == ".mp4" and (find_spec("imageio") is None or not any(map(find_spec, PROGRAMS))):
+    if file.suffix == ".mp4" and not all(map(find_spec, PROGRAMS)):
         raise InputError(
-            f"the movie {file} needs imageio with its plugin for ffmpeg (imageio-ffmpeg) or PyAV, which are not "
-            "installed: a .gif or .ogv would be right"
+            f"the movie {file} needs imageio with its plugin imageio-ffmpeg, which are not both installed: a .gif or "
+            ".ogv would be right"
         )
 
 
@@ -261,7 +263,8 @@ def _pictures(states: _States, title: str, magnification: float) -> Iterator[Any
     across, up = (0, 1) if states.flat else _sides(states)
     extent = (high - low)[[across, up]]
     shown = np.maximum(np.round(LONGER * extent / extent.max()), LONGER // 3).astype(int)
-    width, height = (2 * ((side + 20) // 2) for side in (shown[0], shown[1] + TITLE))  # even, as video needs them
+    width = _in_blocks(shown[0] + BAR_WIDTH) - BAR_WIDTH
+    height = _in_blocks(shown[1] + TITLE)
     half = 0.5 * height * float((extent / shown).max())  # of the height that is seen (length)
     digits = int(np.clip(np.ceil(-np.log10(np.diff(states.times).min()) - 1e-9), 0, 6))
     outline = states.outline()
@@ -298,6 +301,11 @@ def _plotter(width: int, height: int) -> Iterator[Any]:
         plotter.set_background("white", all_renderers=True)
         plotter.subplot(0, 0)
         yield plotter
+
+
+def _in_blocks(side: int) -> int:
+    """A side of a picture (pixels) with a border, in whole blocks of video."""
+    return int(-(-(side + BORDER) // BLOCK) * BLOCK)
 
 
 def _sides(states: _States) -> tuple[int, int]:

@@ -93,6 +93,22 @@ def _check_same_files(places: Plan) -> None:
         raise InputError(
             f"the run that is resumed keeps its states in {other}, and {here} is asked for: the same would be right"
         )
+    _check_same_fields(places)
+
+
+def _check_same_fields(places: Plan) -> None:
+    """Refuse to go on with other fields than those of which there are states, as the names of their files tell."""
+    assert places.folder is not None
+    suffix = ".vtkhdf" if places.vtkhdf else ".pvd"
+    there = {name for name in ("fields", "raw", "points") if (places.folder / f"{name}{suffix}").exists()}
+    choice = chosen_fields(places.fields)
+    here = {"fields", "raw"} if choice is None else choice.files
+    if there and there != here:
+        asked = "the usual ones are" if choice is None else f"{', '.join(choice.names)} are"
+        raise InputError(
+            f"the run that is resumed keeps the states of its fields in {', '.join(sorted(there))} of {places.folder}, "
+            f"and {asked} asked for: the same fields would be right"
+        )
 
 
 def check_plan(

@@ -111,7 +111,7 @@ class _Means:
     """Means over the owned cells of what is told raw and is not known better at points, compiled once."""
 
     def __init__(self, problem: Discretisation) -> None:
-        known = (field for field in FIELDS.values() if field.raw and field.exact is None)
+        known = (field for field in FIELDS.values() if field.told and field.raw and field.exact is None)
         self._fields = [field for field in known if field.known is None or field.known(problem)]
         parts = [field.scalars(problem) for field in self._fields]
         self._ends = np.cumsum([len(part) for part in parts])

@@ -149,7 +149,8 @@ class Series:
         if len(self._entries) < len(found):
             vtu.write_whole(self._path, [vtu.listed(self._entries).encode()], over=True)
         for file in self._path.parent.iterdir():
-            number = re.fullmatch(rf"{self._path.stem}(?:_p\d+_)?(\d{{6,}})\.p?vtu", file.name)
+            name = file.name.removeprefix(".").removesuffix(".part")  # of one that was not finished, too
+            number = re.fullmatch(rf"{self._path.stem}(?:_p\d+_)?(\d{{6,}})\.p?vtu", name)
             if number and int(number[1]) >= len(self._entries):
                 file.unlink()
 

@@ -179,7 +179,7 @@ def test_mp4_needs_a_program(run, shared_folder, monkeypatch):
     """Without it the other formats are named, before anything is drawn."""
     monkeypatch.setattr(movies, "find_spec", lambda name: None)
     with pytest.raises(
-        InputError, match=r"^the movie \S+ needs imageio with its plugin for ffmpeg .*: a \.gif or \.ogv"
+        InputError, match=r"^the movie \S+ needs imageio with its plugin imageio-ffmpeg, .*: a \.gif or \.ogv w"
     ):
         gx.plots.movie(run, shared_folder / "m.mp4")
 

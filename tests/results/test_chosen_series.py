@@ -41,6 +41,23 @@ def test_a_run_that_goes_on_goes_on_with_them(shared_folder):
     assert [float(time) for time, _ in series(other / "points.pvd")][-2:] == pytest.approx([0.3, 0.4])
 
 
+@pytest.mark.parametrize("other", [None, ("strain_energy:cells",)], ids=str)
+def test_a_run_that_goes_on_with_other_fields_is_refused(other, shared_folder):
+    """Half of the series would have the ones, half the others; and it goes on with those that it has."""
+    out, scene = shared_folder / "out", block(square(2))
+    short = replace(scene, program=replace(scene.program, until=0.2))
+    gx.solve(short, gx.Q1, out=out, every=1, checkpoint=1, fields=FIELDS)
+    for name in ("density.zip", "history.csv"):
+        if COMM.rank == 0:
+            (out / name).unlink(missing_ok=True)
+    COMM.barrier()
+    with pytest.raises(gx.InputError, match=r"keeps the states of its fields in fields, points of .* would be right"):
+        gx.solve(scene, gx.Q1, out=out, every=1, checkpoint=1, resume=out, fields=other)
+    gx.solve(scene, gx.Q1, out=out, every=1, checkpoint=1, resume=out, fields=FIELDS)
+    COMM.barrier()
+    assert [float(time) for time, _ in series(out / "points.pvd")] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+
+
 @pytest.mark.serial
 def test_one_file_has_tensors_too(tmp_path):
     """In HDF5 as in XML: nine entries of each tensor, the numbers that scripts get."""

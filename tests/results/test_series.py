@@ -108,6 +108,7 @@ def test_a_series_goes_on(space, shared_folder):
     if COMM.rank == 0:
         (shared_folder / "series_p7_000002.vtu").write_text("of a rank that is no more")
         (shared_folder / "series_p0_000003.vtu").write_text("of a state that was being written")
+        (shared_folder / ".series_p9_000003.vtu.part").write_text("half")
         (shared_folder / "serious_000003.vtu").write_text("of somebody else")
     COMM.barrier()
     series = Series(shared_folder / "series.pvd", grid, COMM, until=1.0)
@@ -119,7 +120,7 @@ def test_a_series_goes_on(space, shared_folder):
     COMM.barrier()
     assert list(listed(shared_folder / "series.pvd")) == [0.0, 1.0, 1.5]
     assert len(list(shared_folder.glob("series*.vtu"))) == 3 * COMM.size
-    assert (shared_folder / "serious_000003.vtu").exists()
+    assert (shared_folder / "serious_000003.vtu").exists() and not list(shared_folder.glob(".*"))
 
 
 def test_a_series_that_is_none_is_not_gone_on_with(space, shared_folder):

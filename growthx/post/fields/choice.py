@@ -26,6 +26,11 @@ class Choice:
     points: tuple[str, ...] = ()
 
     @property
+    def files(self) -> set[str]:
+        """Names of the series that they are kept in."""
+        return ({"fields"} if self.cells or self.nodes else set()) | ({"points"} if self.points else set())
+
+    @property
     def names(self) -> tuple[str, ...]:
         """All of them, each once."""
         return tuple(dict.fromkeys(self.cells + self.nodes + self.points))

@@ -31,12 +31,8 @@ if TYPE_CHECKING:
 
 def makers(choice: Choice) -> tuple[Callable[..., Any], ...]:
     """What makes the writers of chosen fields, each of a folder, a problem and a `Keeping`."""
-    made: list[Callable[..., Any]] = []
-    if choice.cells or choice.nodes:
-        made.append(partial(ChosenWriter, choice))
-    if choice.points:
-        made.append(partial(ChosenPointWriter, choice))
-    return tuple(made)
+    known = {"fields": ChosenWriter, "points": ChosenPointWriter}
+    return tuple(partial(make, choice) for name, make in known.items() if name in choice.files)
 
 
 class ChosenWriter:
