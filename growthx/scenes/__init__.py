@@ -1,4 +1,4 @@
-"""The benchmark scenes: the paper's bar and femur, a plate and a block that scale, a femur in space, one with a stem."""
+"""The benchmark scenes: the paper's bar and femur, a plate and a block that scale, femora in space and with a stem."""
 
 from typing import NoReturn
 
