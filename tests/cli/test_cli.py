@@ -527,10 +527,10 @@ def test_a_run_whose_results_cannot_be_written_still_says_what_it_found(tmp_path
 import sys
 from growthx import cli, results
 from growthx.common.errors import OutputError
-import growthx.run
+from growthx.results.states import trail
 def full(folder, result, **options):
     raise OutputError("the results cannot be written to out (No space left on device)")
-growthx.run.write = full
+trail.write = full
 raise SystemExit(cli.main(sys.argv[1:]))
 """
     command = [sys.executable, "-c", script, "plate", "--n", "2", "--out", "out", "--json"]

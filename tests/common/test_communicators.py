@@ -230,15 +230,15 @@ needs_locks = pytest.mark.skipif(locks is None, reason="this mpi4py has no locks
 def test_no_lock_is_left_on_a_mesh(meshes, shared_folder):
     """A whole run that leaves all it can, and what is asked of its end: what hangs is a lock, and there is none."""
     scene = block(square(2), initial_density=lambda x: 1.0 + 0.1 * x[0], growing=("bone",))
-    result = gx.solve(scene, gx.Q1, out=shared_folder / "one", checkpoint=2, watch=lambda result: None)
-    gx.solve(scene, gx.Q1, out=shared_folder / "two", resume=shared_folder / "one")
+    result = gx.solve(scene, gx.Q1, out=shared_folder / "one", every=2, checkpoint=2, watch=lambda result: None)
+    gx.solve(scene, gx.Q1, out=shared_folder / "two", vtkhdf=True, resume=shared_folder / "one")
     gx.wellposedness.check(result.problem)
     result.problem.sample_density([[0.5, 0.5]])
     gx.zones.area_means(result.problem, {"all": [(0, 0), (1, 0), (1, 1), (0, 1)]})
     plots.density(result.problem, shared_folder / "density.png")
     with pytest.raises(gx.InputError):
         replace(scene, supports=(gx.Support("nowhere"),))
-    assert len(meshes) > 1  # of parts of cells, for the results
+    assert meshes  # that of the scene, for one
     assert [locks(mesh.comm) for mesh in meshes] == [{}] * len(meshes)
 
 
