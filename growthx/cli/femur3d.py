@@ -143,4 +143,6 @@ FEMUR3D = SceneCommand(
     _femur3d,
     _read_femur3d,
     _show_femur3d,
+    drawn_in="g/cm³",
+    in_space=True,
 )
