@@ -61,7 +61,7 @@ class Femur3d(Scene):
     told.  body_weight: N.
     """
 
-    anatomy: SolidAnatomy = field(default_factory=SolidAnatomy)  # type: ignore[arg-type]
+    anatomy: SolidAnatomy = field(kw_only=True)
     zones: Mapping[str, Floats] = MappingProxyType({})
     body_weight: float = BODY_WEIGHT
 
