@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Indices
 
 
+ROUND_OFF = 1e-9  # share of a cell's volume that is none
+
+
 class _RulePoints(np.ndarray[Any, Any]):
     """Numbers of a rule of one's own as FFCx takes them, with the signature that UFL asks for."""
 
@@ -50,16 +53,16 @@ def node_shares(domain: dolfinx.mesh.Mesh, degree: int = 1) -> dolfinx.fem.Funct
     """A factor on integrands at the nodes of the cells that makes masses of the rule there: ∫ Nᵢ dV at each node.
 
     It is one on parallelograms and simplices of degree 1; on other cells the nodes' own shares are not those of Gauss
-    points.  Where a row sum is not positive, as at the corners of simplices of degree 2, the masses of that cell are in
-    proportion to ∫ Nᵢ² dV (Hinton, Rock & Zienkiewicz, Earthq. Eng. Struct. Dyn. 4 (1976) 245–249): then they keep the
-    cell's volume, and not ∫ ρ dV.
+    points.  Where a row sum is not positive, as at the corners of simplices of degree 2 – on triangles it is zero, but
+    for round-off of either sign – the masses of that cell are in proportion to ∫ Nᵢ² dV (Hinton, Rock & Zienkiewicz,
+    Earthq. Eng. Struct. Dyn. 4 (1976) 245–249): then they keep the cell's volume, and not ∫ ρ dV.
     """
     space = dolfinx.fem.functionspace(domain, ("DG", degree))
     shares, test = dolfinx.fem.Function(space), ufl.TestFunction(space)
     volume = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2 * degree + 1})
     gauss, nodes = (assemble(kernels.form(test * measure)) for measure in (volume, at_nodes(volume, degree)))
     rows = gauss.reshape(-1, space.dofmap.dof_layout.num_dofs)
-    wrong = rows.min(axis=1) <= 0
+    wrong = rows.min(axis=1) <= ROUND_OFF * rows.sum(axis=1)
     if degree > 1 and steady(domain.comm).allreduce(int(np.count_nonzero(wrong))):
         squares = _diagonal(space, volume).reshape(rows.shape)
         scaled = squares * (rows.sum(axis=1) / squares.sum(axis=1))[:, np.newaxis]

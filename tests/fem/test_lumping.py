@@ -207,9 +207,9 @@ def node_masses(mesh, degree):
 @pytest.mark.parametrize("degree", [1, 2])
 def test_masses_at_nodes_are_positive_and_keep_the_volume(shape, degree):
     """Also on distorted cells, and on quadratic simplices, whose row sums are zero or negative at the corners."""
-    mesh = (square if shape in ("quadrilateral", "triangle") else cube)(2, 0.05, shape=shape)
+    mesh = square(12, 0.01, shape=shape) if shape in ("quadrilateral", "triangle") else cube(2, 0.05, shape=shape)
     masses = node_masses(mesh, degree)
-    assert masses.min() > 0
+    assert np.all(masses.min(axis=1) > 0.002 * masses.sum(axis=1))  # round-off of zero may be positive, too
     volumes = assemble(
         kernels.form(
             ufl.TestFunction(dolfinx.fem.functionspace(mesh.domain, ("DG", 0)))

@@ -74,14 +74,14 @@ def at_rule(model: Model, degree: int) -> Places:
 
 
 def at_nodes(model: Model, element: Element) -> Places:
-    """The nodes of a Lagrange element, each with ∫ N dV for a volume or, where one of a cell is not positive, in
-    proportion to ∫ N² dV.
+    """The nodes of a Lagrange element, each with ∫ N dV for a volume or, where one of a cell is not positive but for
+    round-off, in proportion to ∫ N² dV.
     """
     X, w = reference.rule(model.shape, 2 * element.degree + (model.shape in reference.TENSOR))
     volumes, N = np.abs(np.linalg.det(jacobians(model, X))) * w, element.tabulate(X)[0]
     shares, squares = volumes @ N, volumes @ N**2
     scaled = squares * (volumes.sum(axis=1) / squares.sum(axis=1))[:, None]
-    shares = np.where(shares.min(axis=1, keepdims=True) > 0, shares, scaled)
+    shares = np.where(shares.min(axis=1, keepdims=True) > 1e-9 * volumes.sum(axis=1, keepdims=True), shares, scaled)
     corners = reference.corners(model.shape)
     nodes = np.array([corners[list(support)].mean(axis=0) for support in element.supports])
     places = Places.of(model, nodes, np.ones(len(nodes)))
