@@ -25,11 +25,15 @@ In parallel: mpirun -n 2 growthx …, which lets a run end in order after SIGUSR
 """
 
 
+LONGEST = 200  # characters of a word of an error: what is longer is no argument
+
+
 class _Parser(argparse.ArgumentParser):
     """Bad arguments are bad input like any other."""
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(f"{message} ({self.prog} --help tells what there is)")
+        words = (word if len(word) <= LONGEST else f"{word[:LONGEST]}…" for word in message.split(" "))
+        raise InputError(f"{' '.join(words)} ({self.prog} --help tells what there is)")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,12 +15,15 @@ from growthx.cli.command import Command, SceneCommand
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
+    from growthx.discretisation.variants import Variant
+    from growthx.model.scene import Scene
     from growthx.stepping.control import Stepping
+    from growthx.stepping.record import Result
 
 
 VARIANTS = (
-    "discretisation, displacement before density; of quadrilaterals: Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, Q1sri, S2fri; "
-    "of triangles: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
+    "discretisation, displacement before density; of quadrilaterals and hexahedra: Q1Q1, Q2Q2, S2Q1, Q1P0, Q1, Q2, "
+    "Q1sri, S2fri; of triangles and tetrahedra: P1P1, P2P2, P2P1, P1P0, P1, P2 (Q1P0 or P1P0)"
 )
 
 SCHEMES = "scheme of time integration: implicit-euler, tr-bdf2 or sdirk2"
@@ -75,7 +78,6 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     from growthx.model.exponents import is_well_posed
     from growthx.post.wellposedness import check
     from growthx.results import summary
-    from growthx.run import RunEndedEarly, RunNotWritten, solve
 
     variant = None if options.variant is None else variants.named(options.variant)
     stepping = _stepping(options)
@@ -94,27 +96,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         picture.check(options, scene.mesh)
     states.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
-    status = 0
-    try:
-        with report.progress(scene) as watch:
-            result = solve(
-                scene,
-                variant,
-                out=options.out,
-                **states.chosen(options),
-                watch=watch,
-                stepping=stepping,
-                full_newton=options.full_newton,
-                checkpoint=options.checkpoint,
-                resume=_source(options),
-                refuge=LAST_STATE,
-                fields=None if options.fields is None else [name.strip() for name in options.fields.split(",")],
-            )
-    except (RunEndedEarly, RunNotWritten) as ended:
-        result, status = ended.result, ended.exit_status
-        if scene.mesh.comm.rank == 0:
-            kept = f"the last good state is in {result.folder}" if result.folder else "nothing has been written"
-            print(f"growthx: {ended}; {kept}", file=sys.stderr)
+    result, status = _solved(scene, variant, stepping, options)
     result.setup_s += setup
     readings = {**command.read(result), **scan.read(result, scanned)}
     posed = check(result.problem) if options.check or not is_well_posed(scene) else None
@@ -135,6 +117,38 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         picture.draw(options, result, command.drawn_in)
     states.draw(options, result, command.drawn_in)
     return status
+
+
+def _solved(scene: Scene, variant: Variant, stepping: Stepping, options: argparse.Namespace) -> tuple[Result, int]:
+    """The result of a run as far as it got, and the exit status of how it ended."""
+    from growthx.cli import report
+    from growthx.run import RunEndedEarly, RunNotWritten, solve
+
+    try:
+        with report.progress(scene) as watch:
+            result = solve(
+                scene,
+                variant,
+                out=options.out,
+                **states.chosen(options),
+                watch=watch,
+                stepping=stepping,
+                full_newton=options.full_newton,
+                checkpoint=options.checkpoint,
+                resume=_source(options),
+                refuge=LAST_STATE,
+                fields=None if options.fields is None else [name.strip() for name in options.fields.split(",")],
+            )
+    except (RunEndedEarly, RunNotWritten) as ended:
+        if scene.mesh.comm.rank == 0:
+            kept = (
+                f"the last good state is in {ended.result.folder}"
+                if ended.result.folder
+                else "nothing has been written"
+            )
+            print(f"growthx: {ended}; {kept}", file=sys.stderr)
+        return ended.result, ended.exit_status
+    return result, 0
 
 
 def _bound(text: str) -> float | None:
