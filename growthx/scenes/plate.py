@@ -63,8 +63,8 @@ def block(
     _require_count(cells, 3, "block")
     if shape not in ("hexahedron", "tetrahedron"):
         raise InputError(f"there are no cells {shown(shape)} in space: hexahedron or tetrahedron would be right")
-    corners, counts = [np.zeros(3), np.array([2.0, 1.0, 1.0])], [2 * cells, cells, cells]
-    domain = dolfinx.mesh.create_box(steady(comm), corners, counts, getattr(dolfinx.mesh.CellType, shape))
+    counts, kind = [2 * cells, cells, cells], getattr(dolfinx.mesh.CellType, shape)
+    domain = dolfinx.mesh.create_box(steady(comm), [np.zeros(3), np.array([2.0, 1.0, 1.0])], counts, kind)
     return _bent("block", domain, n, m, step)
 
 
