@@ -13,13 +13,39 @@ import growthx as gx
 from benchmarks.shared.command import program
 
 OURS = "growthx"
-VARIANTS = {"Q1": "ip-Q1", "Q1P0": "Q1P0", "Q1Q1": "Q1Q1"}  # and what the peers' scripts call them
+VARIANTS = {"Q1": "ip-Q1", "Q1P0": "Q1P0", "Q1Q1": "Q1Q1", "P1P0": "P1P0"}  # and what the peers' scripts call them
 SINGLE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-PACKAGES = ("ngsolve", "scikit-fem", "felupe", "numpy", "scipy", "pypardiso")
+PACKAGES = ("ngsolve", "scikit-fem", "felupe", "numpy", "scipy", "pypardiso", "pyamg")
 ASK_VERSIONS = (
-    "import json; from importlib.metadata import version; import ngsolve, skfem, felupe, pypardiso; "
+    "import json; from importlib.metadata import version; import ngsolve, skfem, felupe, pypardiso, pyamg; "
     f"print(json.dumps({{name: version(name) for name in {PACKAGES}}}))"
 )
+
+
+@dataclass(frozen=True)
+class Body:
+    """A scene that all codes have.
+
+    cells: in words, with {n} over the height.  rehearsal: a small number of them.  sizes: those of the page.
+    variants: discretisations that are compared.  answers: what must agree.
+    """
+
+    name: str
+    cells: str
+    rehearsal: int
+    sizes: tuple[int, ...]
+    variants: tuple[str, ...]
+    answers: tuple[str, ...]
+
+
+EXTREMES = ("rho_min", "rho_max")
+BODIES = {
+    body.name: body
+    for body in (
+        Body("plate", "2 x {n} x {n} cells", 8, (128,), ("Q1", "Q1P0", "Q1Q1"), ("u_tip", "rho_probe", *EXTREMES)),
+        Body("block", "2 x {n} x {n} x {n} cells", 2, (8, 14, 26), ("Q1", "Q1P0", "P1P0"), ("u_tip", *EXTREMES)),
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -32,20 +58,10 @@ class Peer:
 
 
 PEERS = {
-    "NGSolve": Peer("peer_ngsolve.py", "ngsolve", ("Q1", "Q1P0", "Q1Q1")),
-    "felupe": Peer("peer_felupe.py", "felupe", ("Q1", "Q1Q1")),
-    "scikit-fem": Peer("peer_skfem.py", "scikit-fem", ("Q1", "Q1P0", "Q1Q1")),
+    "NGSolve": Peer("peer_ngsolve.py", "ngsolve", ("Q1", "Q1P0", "Q1Q1", "P1P0")),
+    "felupe": Peer("peer_felupe.py", "felupe", ("Q1", "Q1Q1", "P1P0")),
+    "scikit-fem": Peer("peer_skfem.py", "scikit-fem", ("Q1", "Q1P0", "Q1Q1", "P1P0")),
 }
-
-
-@dataclass(frozen=True)
-class Answers:
-    """What must agree: u_y at the middle of the loaded end, mean density of the probed cell, density's extremes."""
-
-    tip: float
-    probe: float
-    lowest: float
-    highest: float
 
 
 @dataclass(frozen=True)
@@ -53,13 +69,17 @@ class Run:
     """One run without its compilation: seconds of all of it and of its set-up, what Newton's method did, the answers.
 
     Set-up is mesh, spaces, supports and loads; the symbolic factorisation is part of solving in every code.
+    compilation: seconds, where nothing is cached.  memory: MB of the process at most.
+    answers: u_y at the middle of the loaded end, mean density of a cell (of the plate), density's extremes.
     """
 
     whole: float
     setup: float
+    compilation: float
+    memory: float
     iterations: int
     factorisations: int
-    answers: Answers
+    answers: dict[str, float]
 
     @property
     def solving(self) -> float:
@@ -75,16 +95,16 @@ def codes_with(variant: str) -> list[str]:
 # -- running -----------------------------------------------------------------------------------------------------------
 
 
-def run(code: str, variant: str, n: int, options: argparse.Namespace) -> Run:
+def run(code: str, body: Body, variant: str, n: int, options: argparse.Namespace) -> Run:
     """One run of a code in a process of its own."""
     if code == OURS:
-        command = [*program("benchmarks.speed.peers"), "--ours", variant, "--n", f"{n}"]
+        command = [*program("benchmarks.speed.peers"), "--ours", variant, "--scene", body.name, "--n", f"{n}"]
     else:
         script = options.peers / PEERS[code].script
-        command = [options.python, f"{script}", "--scene", "plate", "--variant", VARIANTS[variant], "--n", f"{n}"]
+        command = [options.python, f"{script}", "--scene", body.name, "--variant", VARIANTS[variant], "--n", f"{n}"]
         command += ["--threads", "1"]
-    lines = output(command, f"{code} with {variant} and N = {n}").splitlines()
-    return read(lines[-1] if lines else "", code)
+    lines = output(command, f"{code} with {variant} on the {body.name} and N = {n}").splitlines()
+    return read(lines[-1] if lines else "", code, body)
 
 
 def output(command: list[str], what: str) -> str:
@@ -105,17 +125,19 @@ def output(command: list[str], what: str) -> str:
     return done.stdout
 
 
-def read(line: str, code: str) -> Run:
+def read(line: str, code: str, body: Body) -> Run:
     """A run from its line of JSON."""
     try:
         found = json.loads(line)
         results = found["results"]
         return Run(
             whole=found["wall_s"] - found["jit_s"],
-            setup=found["setup_s"] - found["jit_s"],
+            setup=max(found["setup_s"] - found["jit_s"], 0.0),
+            compilation=found["jit_s"],
+            memory=found["peak_mb"],
             iterations=found["newton_total"],
             factorisations=found.get("factorisations", found["newton_total"]),  # full Newton: one for each
-            answers=Answers(*(float(results[name]) for name in ("u_tip", "rho_probe", "rho_min", "rho_max"))),
+            answers={name: float(results[name]) for name in body.answers},
         )
     except (ValueError, KeyError, TypeError) as error:
         raise gx.GrowthxError(
