@@ -8,7 +8,7 @@ end, as it was carried into the mesh with the stem, and the difference.
 """
 
 import growthx as gx
-from growthx.scenes.stem import COBALT_CHROMIUM, TITANIUM, scaled, strain_energy
+from growthx.scenes.stem import COBALT_CHROMIUM, TITANIUM, scaled
 
 STEPPING = gx.AdaptiveSteps(1e-2, equilibrium=1e-3)
 METALS = {"titanium": TITANIUM, "cobalt-chromium": COBALT_CHROMIUM}
@@ -24,7 +24,8 @@ def main():
         start = gx.discretise(scene, gx.Q1P0)
         result = gx.solve(scene, gx.Q1P0, stepping=STEPPING)
         before, after = (gx.zones.area_means(problem, scene.zones) for problem in (start, result.problem))
-        energies = gx.zones.area_means(result.problem, scene.zones, values=strain_energy(result.problem))
+        fields = gx.results.cell_fields(result.problem, ("strain_energy",))
+        energies = gx.zones.area_means(result.problem, scene.zones, values=fields["strain_energy"])
         gx.report.table(
             f"bone around a stem of {metal} ({young:g} MPa), t = {result.time:g}",
             ("zone", "density before", "after (g/cm³)", "change", "strain energy (MPa)"),

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import basix
 import dolfinx
 import numpy as np
 from mpi4py import MPI
@@ -16,11 +15,9 @@ from mpi4py import MPI
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError
 from growthx.common.words import place_in_words
-from growthx.discretisation.checks.arguments import require_problem
 from growthx.fem import compat
 from growthx.meshing import files
 from growthx.meshing.mesh import Mesh
-from growthx.meshing.sampling import volume_ratios
 from growthx.meshing.transferred import TransferredDensity
 from growthx.scenes.anatomy import ABDUCTOR_INSERTION, HEAD_CENTRE, along_outline
 from growthx.scenes.femur import AVERAGE, Femur, femur
@@ -203,14 +200,3 @@ def gruen(tip: float = 50.0) -> dict[str, Floats]:
         "Gruen 6": band(far, low, high),
         "Gruen 7": above(far),
     }
-
-
-def strain_energy(problem: Any) -> Floats:
-    """Strain energy Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ⁿᵉᵒ per volume (MPa) of each owned cell that grows, its mean, shape (cells,)."""
-    require_problem(problem)
-    mesh, material = problem.scene.mesh, problem.material
-    X, weights = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[mesh.cell_name], 4))
-    share = (problem.density / material.reference_density) ** problem.growth.exponent
-    energy = problem.evaluate(problem.stimulus() * share, X)
-    volumes = weights * volume_ratios(mesh, X)
-    return np.asarray(np.sum(volumes * energy, axis=1) / volumes.sum(axis=1))

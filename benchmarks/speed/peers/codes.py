@@ -69,7 +69,7 @@ class Run:
     """One run without its compilation: seconds of all of it and of its set-up, what Newton's method did, the answers.
 
     Set-up is mesh, spaces, supports and loads; the symbolic factorisation is part of solving in every code.
-    compilation: seconds, where nothing is cached.  memory: MB of the process at most.
+    compilation: seconds that it took beside, little where it was cached.  memory: MB of the process at most.
     answers: u_y at the middle of the loaded end, mean density of a cell (of the plate), density's extremes.
     """
 
