@@ -4,7 +4,8 @@ hollow canal, a strut from the head to the calcar and Ward's triangle.
     python demos/femur3d.py                     mpirun -n 2 python demos/femur3d.py
 
 Leaves tables on the terminal and, in results/femur3d (or the next free name), fields for ParaView, the history as CSV
-and a picture of slices.  `growthx femur3d --help` tells what can be varied without editing this file.
+and pictures: the outside with the forces, and slices.  `growthx femur3d --help` tells what can be varied without
+editing this file.
 """
 
 import argparse
@@ -13,51 +14,12 @@ import numpy as np
 
 import growthx as gx
 
-PIXELS = 3  # to a mm
-FORWARD, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-
 
 def slices(bone):
-    """By title and the direction to the right: a place, that direction and the one up, how far along each (mm)."""
-    lateral = np.array([bone.lateral, 0.0, 0.0])
-    along = bone.neck * (1, 1, 0) / np.linalg.norm(bone.neck[:2])  # the neck's plane is turned by its version
-    shaft = bone.crossing + 0.6 * bone.depth * bone.shaft
-    low = bone.crossing[2] - bone.depth - bone.centre[2] - 5
-    across = (-25, 25)
-    tall = (low, 30)
-    return {
-        ("in the neck's plane", "laterally"): (bone.centre, along, UP, (-30, 75), tall),
-        ("along the shaft", "anteriorly"): (shaft + UP * (bone.centre - shaft), FORWARD, UP, (-35, 30), tall),
-        (f"across, {-shaft[2]:.0f} mm below", "laterally"): (shaft, lateral, FORWARD, across, across),
-    }
-
-
-def sampled(problem, place, right, up, widths, heights):
-    """Densities on a grid, (rows, columns) from the lower left; NaN outside the bone."""
-    x, y = (np.arange(*ends, 1 / PIXELS) + 0.5 / PIXELS for ends in (widths, heights))
-    places = place + np.multiply.outer(y, up)[:, np.newaxis] + np.multiply.outer(x, right)
-    return problem.sample_density(places.reshape(-1, 3)).reshape(len(y), len(x))
-
-
-def picture(problem, path):
-    """Draw slices of the density at rest (collective)."""
-    panels = slices(problem.scene.anatomy)
-    images = [sampled(problem, *panel) for panel in panels.values()]
-    if problem.comm.rank:
-        return
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 7.5), layout="constrained")
-    FigureCanvasAgg(figure)
-    widths = [np.ptp(panel[3]) for panel in panels.values()]
-    for axes, image, ((title, right), panel) in zip(
-        figure.subplots(1, len(panels), width_ratios=widths), images, panels.items(), strict=True
-    ):
-        shown = axes.imshow(image, origin="lower", extent=(*panel[3], *panel[4]), vmin=0, vmax=2.1, cmap="viridis")
-        axes.set(title=title, xlabel=f"{right} (mm)")
-    figure.colorbar(shown, ax=figure.axes, label="density (g/cm³)", shrink=0.6)
-    figure.savefig(path, dpi=100)
+    """Planes by a point and the normal, which points to the viewer: that of the neck, along the shaft and across it."""
+    neck = np.cross(bone.neck, (0.0, 0.0, bone.lateral))  # turned by its version; x to the right, z upwards
+    centre, shaft = (np.round(point, 1) + 0.0 for point in (bone.centre, bone.crossing + 0.6 * bone.depth * bone.shaft))
+    return [(tuple(centre), tuple(neck)), (tuple(shaft), (1.0, 0.0, 0.0)), (tuple(shaft), (0.0, 0.0, 1.0))]
 
 
 def main():
@@ -74,8 +36,9 @@ def main():
     gx.report.numbers(result, "mean density of anatomical zones", means, "g/cm³", femur.material.reference_density)
     gx.report.times(result)
 
-    picture(result.problem, folder / "density.png")
-    gx.report.say(result, f"fields, history and a picture are in {folder}")
+    gx.plots.density(result.problem, folder / "density.png", title="density (g/cm³)")
+    gx.plots.slices(result.problem, folder / "slices.png", slices(femur.anatomy), title="density (g/cm³)")
+    gx.report.say(result, f"fields, history and pictures are in {folder}")
 
 
 if __name__ == "__main__":
