@@ -99,8 +99,9 @@ def sum_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> Floats:
     """
     dofmap, entries = space.dofmap, values.shape[2]
     total = dolfinx.la.vector(dofmap.index_map, entries)
-    total.array[:] = 0.0
-    np.add.at(total.array.reshape(-1, entries), dofmap.list[: len(values)], values)
+    rows, columns = dofmap.list[: len(values)].ravel(), total.array.reshape(-1, entries)
+    for entry in range(entries):
+        columns[:, entry] = np.bincount(rows, values[:, :, entry].ravel(), len(columns))
     total.scatter_reverse(dolfinx.la.InsertMode.add)
     total.scatter_forward()
     return np.array(total.array.reshape(-1, entries))

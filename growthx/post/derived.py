@@ -19,7 +19,7 @@ from growthx.discretisation.checks.arguments import require_problem
 from growthx.fem.assembly import CellMeans, average_cells
 from growthx.meshing.sampling import reference_corners
 from growthx.post.fields.choice import Choice, check_known, check_name, chosen
-from growthx.post.fields.row import SHAPES, DerivedField
+from growthx.post.fields.row import SHAPES, DerivedField, read_all
 from growthx.post.fields.table import TABLE
 from growthx.post.smoothing import corner_space, corners_from_points
 
@@ -118,7 +118,7 @@ class CellFields:
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (owned cells,) and that of its rank."""
         means, problem = self._means(), self._problem
-        found = {field.name: field.read(means[:, self._columns[field.value]]) for field in self._fields}
+        found = read_all(self._fields, lambda field: means[:, self._columns[field.value]])
         return found | ({"grows": problem.grows.x.array[: len(means)]} if problem.rests else {})
 
 
@@ -128,14 +128,15 @@ class PointFields:
     def __init__(self, problem: Discretisation, X: Floats, names: Sequence[str] | None = None) -> None:
         """names: of `FIELDS`; None: of all that are told raw without being asked for."""
         self._problem, self._X = problem, X
-        self._fields = tuple(field for field in _known(problem, names) if field.raw or names is not None)
+        self._fields = told_raw(problem) if names is None else _known(problem, names)
         self._entries = _Entries(problem, X, [field for field in self._fields if field.exact is None])
 
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (owned cells, points) and that of its rank."""
         problem, entries = self._problem, self._entries.values()
+        read = read_all((field for field in self._fields if field.exact is None), lambda field: entries[field.name])
         found = {
-            field.name: field.read(entries[field.name]) if field.exact is None else field.exact(problem, self._X)
+            field.name: read[field.name] if field.exact is None else field.exact(problem, self._X)
             for field in self._fields
         }
         if problem.rests:
@@ -156,16 +157,21 @@ class NodeFields:
 
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (local nodes,) and that of its rank."""
-        entries, found = self._entries.values(), {}
+        entries = self._entries.values()
         averaged: dict[Any, Floats] = {}  # by value: several fields read one
-        for field in self._fields:
-            if field.exact is None:
-                if field.value not in averaged:
-                    averaged[field.value] = self._averaged(self._extrapolated(entries[field.name]))
-                found[field.name] = field.read(averaged[field.value])
-            else:
-                found[field.name] = self._averaged(self._exact(field)).reshape(-1, *SHAPES[field.rank])
-        return found
+
+        def numbers(field: DerivedField) -> Floats:
+            if field.value not in averaged:
+                averaged[field.value] = self._averaged(self._extrapolated(entries[field.name]))
+            return averaged[field.value]
+
+        read = read_all((field for field in self._fields if field.exact is None), numbers)
+        return {
+            field.name: read[field.name]
+            if field.exact is None
+            else self._averaged(self._exact(field)).reshape(-1, *SHAPES[field.rank])
+            for field in self._fields
+        }
 
     def _exact(self, field: DerivedField) -> Floats:
         """An exact field at the corners of each owned cell, (owned cells, corners, entries)."""
@@ -206,6 +212,11 @@ class _Entries:
         mesh = self._problem.scene.mesh
         numbers = self._compiled.eval(mesh.domain, mesh.owned_cells).reshape(self._shape)
         return {field.name: numbers[..., self._columns[field.value]] for field in self._fields}
+
+
+def told_raw(problem: Discretisation) -> tuple[DerivedField, ...]:
+    """The fields of a problem that are told raw without being asked for."""
+    return tuple(field for field in _known(problem, None) if field.raw)
 
 
 def _known(problem: Discretisation, names: Sequence[str] | None) -> tuple[DerivedField, ...]:

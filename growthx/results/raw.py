@@ -11,7 +11,8 @@ from growthx.discretisation.variants import PerCell
 from growthx.fem.assembly import CellMeans
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
-from growthx.post.derived import FIELDS, PointFields
+from growthx.post.derived import PointFields, told_raw
+from growthx.post.fields.row import read_all
 from growthx.post.subcells import subcells
 from growthx.results.fields import Corners
 from growthx.results.series import open_series
@@ -87,8 +88,10 @@ class CellWriter:
     def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         self._corners = Corners(problem)
         self._file = open_series(folder / "raw.pvd", self._corners.grid, problem.comm, keeping)
-        self._at_middle = PointFields(problem, interpolation_points(problem.density_space.element))
         self._means = _Means(problem) if problem.variant.one_rule else None
+        means = () if self._means is None else self._means.names
+        names = [field.name for field in told_raw(problem) if field.name not in means]
+        self._at_middle = PointFields(problem, interpolation_points(problem.density_space.element), names)
 
     @property
     def last(self) -> float | None:
@@ -111,20 +114,24 @@ class _Means:
     """Means over the owned cells of what is told raw and is not known better at points, compiled once."""
 
     def __init__(self, problem: Discretisation) -> None:
-        known = (field for field in FIELDS.values() if field.told and field.raw and field.exact is None)
-        self._fields = [field for field in known if field.known is None or field.known(problem)]
+        self._fields = [field for field in told_raw(problem) if field.exact is None]
         parts = [field.scalars(problem) for field in self._fields]
         self._ends = np.cumsum([len(part) for part in parts])
         volume = problem.spaces.whole_volume
         scalars = [scalar for part in parts for scalar in part]
         self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile) if scalars else None
 
+    @property
+    def names(self) -> list[str]:
+        """Which these are."""
+        return [field.name for field in self._fields]
+
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (owned cells,)."""
         if self._means is None:
             return {}
-        numbers = np.split(self._means(), self._ends[:-1], axis=1)
-        return {field.name: field.read(part) for field, part in zip(self._fields, numbers, strict=True)}
+        numbers = dict(zip(self.names, np.split(self._means(), self._ends[:-1], axis=1), strict=True))
+        return read_all(self._fields, lambda field: numbers[field.name])
 
 
 class PointWriter:

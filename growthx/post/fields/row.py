@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ class DerivedField:
     value: what it is in UFL, of a problem: a scalar, or several in a list, of which `reading` makes one.
     reading: of numbers for these, (…, scalars) to (…) or, of a rank, (…, 3) or (…, 3, 3): of their means over cells or
     at nodes, or of what they are at points.
+    common: what is made of the numbers before, once for all fields of the same value that have it; None: nothing.
     raw: whether it is also told at integration points.
     known: whether a problem has it; None: all have.
     exact: where it is more exact than UFL at points, of a problem and points X, (points, dim), shape (cells, points)
@@ -44,12 +45,13 @@ class DerivedField:
     rank: int = 0
     told: bool = True
     continuous: Callable[[Discretisation], bool] | None = None
+    common: Callable[[Floats], Floats] | None = None
 
     def __post_init__(self) -> None:
         require_name(self.name, "the name of a field")
         require_function(self.value, f"the value of the field '{self.name}'", "a function of a problem")
-        functions = ("reading", self.reading), ("exact", self.exact), ("known", self.known)
-        for what, function in (*functions, ("continuous", self.continuous)):
+        for what in ("reading", "exact", "known", "continuous", "common"):
+            function = getattr(self, what)
             if function is not None:
                 require_function(function, f"{what}, of the field '{self.name}',", "a function or None")
         for what, flag in (("raw", self.raw), ("told", self.told)):
@@ -68,6 +70,16 @@ class DerivedField:
             raise InputError(f"the value of the field '{self.name}' is {shown(value)}: {right} would be right")
         return scalars
 
-    def read(self, numbers: Floats) -> Floats:
-        """What it is, (…) and the shape of its rank, of numbers for its scalars, (…, scalars)."""
-        return numbers[..., 0] if self.reading is None else self.reading(numbers)
+
+def read_all(fields: Iterable[DerivedField], numbers: Callable[[DerivedField], Floats]) -> dict[str, Floats]:
+    """What some fields are, by name, each (…) and the shape of its rank; what several have in common is made once.
+
+    numbers: for the scalars of a field, (…, scalars).
+    """
+    found, made = {}, {}
+    for field in fields:
+        source = field.value, field.common
+        if source not in made:
+            made[source] = numbers(field) if field.common is None else field.common(numbers(field))
+        found[field.name] = made[source][..., 0] if field.reading is None else field.reading(made[source])
+    return found

@@ -74,11 +74,12 @@ def _directions(name: str, of: str, value: Callable[[Discretisation], Any]) -> l
         DerivedField(
             f"{name}_direction_{number + 1}",
             value,
-            partial(tensors.direction, number),
+            partial(tensors.component, number),
             title=f"direction of the {rank} {of}",
             unit="no unit",
             rank=1,
             told=False,
+            common=tensors.directions,
         )
         for number, rank in enumerate(ranks)
     ]
@@ -118,16 +119,18 @@ TABLE = (
     DerivedField(
         "major_stress",
         _stress_in_mesh,
-        partial(tensors.principal, -1),
+        partial(tensors.component, 1),
         raw=False,
+        common=tensors.outer_values,
         title="largest principal Cauchy stress, in the plane of a plane body",
         unit="force per area",
     ),
     DerivedField(
         "minor_stress",
         _stress_in_mesh,
-        partial(tensors.principal, 0),
+        partial(tensors.component, 0),
         raw=False,
+        common=tensors.outer_values,
         title="smallest principal Cauchy stress, in the plane of a plane body",
         unit="force per area",
     ),

@@ -19,9 +19,42 @@ def symmetric(entries: Floats) -> Floats:
     return found
 
 
-def principal(number: int, entries: Floats) -> Floats:
-    """A principal value, (…), counted from the lowest."""
-    return np.asarray(np.linalg.eigvalsh(symmetric(entries))[..., number])
+def outer_values(entries: Floats) -> Floats:
+    """The smallest and the largest principal value, (…, 2), of symmetric tensors by the entries of `symmetric`.
+
+    In closed form: in the plane by Mohr's circle; in space by the angle 3φ of the deviator s, whose sine and cosine are
+    both known with all digits, also where two values meet: the sine by √(4 J₂³ − 27 J₃²) = √3 |s ∧ dev s²|, a sum of
+    squares.  Errors are a few units in the last digit of the tensor's largest entry.
+    """
+    if entries.shape[-1] == 3:
+        xx, xy, yy = np.moveaxis(entries, -1, 0)
+        middle, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+        return np.stack([middle - radius, middle + radius], axis=-1)
+    xx, xy, xz, yy, yz, zz = np.moveaxis(entries, -1, 0)
+    middle = (xx + yy + zz) / 3
+    parts = np.stack([xx - middle, yy - middle, zz - middle, xy, xz, yz])
+    size = np.abs(parts).max(axis=0)
+    a, b, c, d, e, f = parts / np.where(size > 0, size, 1.0)
+    second = (a * a + b * b + c * c) / 2 + d * d + e * e + f * f
+    third = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
+    cosine, sine = 3 * np.sqrt(3) * third, np.sqrt(3 * _parallelogram(a, b, c, d, e, f))
+    angle, radius = np.arctan2(sine, cosine) / 3, 2 * size * np.sqrt(second / 3)
+    return np.stack([middle + radius * np.cos(angle + 2 * np.pi / 3), middle + radius * np.cos(angle)], axis=-1)
+
+
+def _parallelogram(a: Floats, b: Floats, c: Floats, d: Floats, e: Floats, f: Floats) -> Floats:
+    """|s|² |t|² − (s : t)² as a sum of squares, of a deviator s, by its entries xx, yy, zz, xy, xz, yz, and t = dev s².
+
+    Of the diagonals, which have no trace, one product tells all three: each of theirs is that one, up to its sign.
+    """
+    p, q, r = a * a + d * d + e * e, b * b + d * d + f * f, c * c + e * e + f * f
+    mean = (p + q + r) / 3
+    p, q, r = p - mean, q - mean, r - mean
+    u, v, w = d * (a + b) + e * f, e * (a + c) + d * f, f * (b + c) + d * e
+    found = 3 * (a * q - b * p) ** 2
+    for one, other in ((d, u), (e, v), (f, w)):
+        found += 2 * ((a * other - one * p) ** 2 + (b * other - one * q) ** 2 + (c * other - one * r) ** 2)
+    return found + 4 * ((d * v - e * u) ** 2 + (d * w - f * u) ** 2 + (e * w - f * v) ** 2)
 
 
 def principal_values(entries: Floats) -> Floats:
@@ -29,14 +62,19 @@ def principal_values(entries: Floats) -> Floats:
     return np.asarray(np.linalg.eigvalsh(symmetric(entries))[..., ::-1])
 
 
-def direction(number: int, entries: Floats) -> Floats:
-    """The direction of a principal value, counted from the highest, as a vector of length one, (…, dim).
+def directions(entries: Floats) -> Floats:
+    """The directions of the principal values, from that of the highest, as columns of length one, (…, dim, dim).
 
-    Of the two ways along it, that whose largest component is positive.
+    Of the two ways along each, that whose largest component is positive.
     """
-    axis = np.linalg.eigh(symmetric(entries))[1][..., ::-1][..., number]
-    largest = np.take_along_axis(axis, np.abs(axis).argmax(axis=-1)[..., np.newaxis], axis=-1)
-    return np.asarray(axis * np.where(largest < 0, -1.0, 1.0)) + 0.0  # no zero is negative
+    axes = np.linalg.eigh(symmetric(entries))[1][..., ::-1]
+    largest = np.take_along_axis(axes, np.abs(axes).argmax(axis=-2)[..., np.newaxis, :], axis=-2)
+    return np.asarray(axes * np.where(largest < 0, -1.0, 1.0)) + 0.0  # no zero is negative
+
+
+def component(number: int, values: Floats) -> Floats:
+    """One of several numbers, or of several columns."""
+    return np.asarray(values[..., number])
 
 
 def von_mises(entries: Floats) -> Floats:
