@@ -27,7 +27,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from growthx.common.communicators import steady
+from growthx.fem.cell_sums import can_be_added
 from growthx.solvers import single_factor
+from growthx.solvers.cell_factors import CellFactors
 from growthx.solvers.single_factor import SingleFactor
 
 if TYPE_CHECKING:
@@ -173,11 +175,11 @@ def _parts(ksp: PETSc.KSP) -> list[PETSc.KSP]:
     return [ksp]
 
 
-def _single(ksp: PETSc.KSP) -> SingleFactor | None:
+def _single(ksp: PETSc.KSP) -> SingleFactor | CellFactors | None:
     """What factorises for a KSP in single precision, if anything does."""
     pc = ksp.getPC()
     context = pc.getPythonContext() if pc.getType() == PETSc.PC.Type.PYTHON else None
-    return context if isinstance(context, SingleFactor) else None
+    return context if isinstance(context, SingleFactor | CellFactors) else None
 
 
 def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
@@ -210,11 +212,31 @@ def _negative_pivots(pc: PETSc.PC) -> int:
     return int(pc.getFactorMatrix().getMumpsInfog(12)) if counted else 0
 
 
-def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, direct: bool = False) -> LinearSolver:
+def cell_factors(problem: NonlinearProblem) -> CellFactors | None:
+    """Factors made right from the cells, if they fit the problem (collective)."""
+    layout = problem.layout
+    if not (problem.symmetric and layout.condensed and can_be_added(layout.space)) or problem.limits() is not None:
+        return None
+    library = _single_precision(steady(problem.comm), layout.dofs // len(layout.parts), layout, len(layout.parts))
+    return CellFactors(library, problem) if library and problem.own_tangents else None
+
+
+def use_cells(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, cells: CellFactors) -> LinearSolver:
+    """Solve by factors made right from the cells.  matrix: of the right size, is not looked at."""
+    ksp.setOperators(matrix)
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+    ksp.getPC().setPythonContext(cells)
+    return LinearSolver(ksp, problem.layout.dim)
+
+
+def set_up(
+    ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, direct: bool = False, single: bool = True
+) -> LinearSolver:
     """Choose the solver of a problem's tangent; PETSc options are to be applied to the KSP afterwards (collective).
 
     ksp: with its prefix.  matrix: made from `problem.coupling`, not necessarily assembled yet.
-    direct: factorise at any size, as a full Newton's method does.
+    direct: factorise at any size, as a full Newton's method does.  single: whether single precision may do.
     """
     ksp.setOperators(matrix)
     if problem.symmetric:
@@ -223,7 +245,8 @@ def set_up(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, *, dire
     layout = problem.layout
     # Bounds of unknowns take rows out of the matrix, and with them what multigrid knows of it.
     bounded = problem.limits() is not None
-    if problem.symmetric and not direct and not bounded and _use_single_precision(ksp.getPC(), layout.dofs, layout):
+    single = single and problem.symmetric and not (direct or bounded)
+    if single and _use_single_precision(ksp.getPC(), layout.dofs, layout):
         ksp.setType(PETSc.KSP.Type.PREONLY)
         return LinearSolver(ksp, layout.dim)
     limit = (LARGEST_CONDENSED if layout.condensed else LARGEST_MONOLITHIC)[layout.dim, layout.degree]
@@ -248,17 +271,22 @@ def _factorise(ksp: PETSc.KSP, symmetric: bool) -> None:
 
 def _use_single_precision(pc: PETSc.PC, size: int, layout: Layout) -> bool:
     """Factorise a symmetric matrix of that size in single precision, where that pays and memory allows; whether so."""
-    fits = single_factor.SMALLEST <= size <= LARGEST_SINGLE[layout.dim, layout.degree]
-    comm = steady(pc.comm.tompi4py())
-    fits = fits and (comm.size == 1 or size <= LARGEST_SHARED)
-    if not comm.allreduce(fits and single_factor.fits_into_memory(size, layout.dim, comm.size), MPI.LAND):
-        return False
-    library = single_factor.load(comm)
+    library = _single_precision(steady(pc.comm.tompi4py()), size, layout)
     if library is None:
         return False
     pc.setType(PETSc.PC.Type.PYTHON)
     pc.setPythonContext(SingleFactor(library))
     return True
+
+
+def _single_precision(comm: Any, size: int, layout: Layout, count: int = 1) -> Any:
+    """What makes a number of factors of a size, if that pays and memory allows; of one, each rank makes the same."""
+    fits = count * size >= single_factor.SMALLEST and size <= LARGEST_SINGLE[layout.dim, layout.degree]
+    fits = fits and (comm.size == 1 or count > 1 or size <= LARGEST_SHARED)
+    factors = comm.size if count == 1 else count
+    if not comm.allreduce(fits and single_factor.fits_into_memory(size, layout.dim, factors), MPI.LAND):
+        return None
+    return single_factor.load(comm)
 
 
 def _choose_factor(pc: PETSc.PC, symmetric: bool) -> None:
