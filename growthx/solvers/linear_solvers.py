@@ -48,7 +48,7 @@ LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_0
 
 # What a new tangent and its factor cost in iterations with an old one, by dimension. Of small systems most of it is the
 # assembly; of large ones in space the factor, whose operations grow faster than its entries (`WORK` of them for each).
-RENEWAL, RENEWAL_OF_MULTIGRID, WORK = {2: 6.0, 3: 12.0}, 6.0, 40.0
+RENEWAL, RENEWAL_OF_MULTIGRID, WORK = {2: 6.0, 3: 12.0}, 6.0, 70.0
 
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
 TOLERANCE = 1e-2
