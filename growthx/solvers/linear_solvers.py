@@ -56,7 +56,26 @@ TOLERANCE_MONOLITHIC = 1e-1
 
 _SWEEPS = 3  # on the block of nodal densities, which is close to a mass matrix
 _RESTART = 60
-_DROPPED = 0.01  # couplings weaker than this do not decide which nodes GAMG aggregates
+
+# Of GAMG, written out since PETSc's defaults have changed more than once: smoothed aggregation, on the finest level of
+# neighbours of neighbours, where couplings weaker than the threshold do not count; aggregates are kept as long as the
+# matrix has the same entries.
+_AGGREGATION: dict[str, object] = {
+    "pc_gamg_type": "agg",
+    "pc_gamg_agg_nsmooths": 1,
+    "pc_gamg_aggressive_coarsening": 1,
+    "pc_gamg_aggressive_square_graph": True,
+    "pc_gamg_threshold": 0.01,
+    "pc_gamg_reuse_interpolation": True,
+}
+# One sweep of Chebyshev's on each level: a third more iterations than with two, of little more than half the work each;
+# as much time up to 30 000 unknowns, a tenth less of 54 000.
+_MULTIGRID: dict[str, object] = {
+    "mg_levels_ksp_type": "chebyshev",
+    "mg_levels_ksp_max_it": 1,
+    "mg_levels_pc_type": "jacobi",
+    "mg_levels_ksp_chebyshev_esteig_steps": 10,
+}
 
 
 class _Course:
@@ -162,7 +181,7 @@ class LinearSolver:
     def _set_up(self) -> None:
         ksp = self._ksp
         ksp.setOperators(*ksp.getOperators())  # else PETSc looks at the matrix again only when it solves
-        with _strict(ksp):
+        with _chosen_options(ksp):
             ksp.setUp()
             ksp.setUpOnBlocks()
 
@@ -190,12 +209,14 @@ def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
 
 
 @contextmanager
-def _strict(ksp: PETSc.KSP) -> Iterator[None]:
-    """Within, CHOLMOD makes factors L Lᵀ, of positive definite matrices alone, also of small ones, and says nothing."""
+def _chosen_options(ksp: PETSc.KSP) -> Iterator[None]:
+    """Within, PETSc finds what it is told of a solver's parts by options alone; those that the user has set win."""
     set_here = []
-    for part in _factorised_by_cholmod(ksp):
+    chosen = [(part, _STRICT) for part in _factorised_by_cholmod(ksp)]
+    chosen += [(part, _MULTIGRID) for part in _parts(ksp) if part.getPC().getType() == PETSc.PC.Type.GAMG]
+    for part, values in chosen:
         options = PETSc.Options(part.getOptionsPrefix())
-        for name, value in _STRICT.items():
+        for name, value in values.items():
             if not options.hasName(name):
                 options[name] = value
                 set_here.append((options, name))
@@ -313,10 +334,13 @@ def _iterate(ksp: PETSc.KSP, problem: NonlinearProblem) -> None:
 
 def _use_multigrid(pc: PETSc.PC) -> None:
     pc.setType(PETSc.PC.Type.GAMG)
-    name, options = "pc_gamg_threshold", PETSc.Options(pc.getOptionsPrefix())
-    if not options.hasName(name):  # there is no other way to set it from Python
-        options[name] = _DROPPED
-        pc.setFromOptions()
+    options, set_here = PETSc.Options(pc.getOptionsPrefix()), []
+    for name, value in _AGGREGATION.items():
+        if not options.hasName(name):  # there is no other way to set most of them from Python
+            options[name] = value
+            set_here.append(name)
+    pc.setFromOptions()
+    for name in set_here:
         options.delValue(name)
 
 
@@ -424,5 +448,5 @@ _METHODS = {
     PETSc.KSP.Type.FGMRES: "flexible GMRES with ",
     PETSc.KSP.Type.CHEBYSHEV: "Chebyshev with ",
 }
-_STRICT = {"mat_cholmod_final_asis": 0, "mat_cholmod_final_ll": 1, "mat_cholmod_print": 0}
+_STRICT: dict[str, object] = {"mat_cholmod_final_asis": 0, "mat_cholmod_final_ll": 1, "mat_cholmod_print": 0}
 _NOT_DEFINITE = 81  # PETSC_ERR_MAT_CH_ZRPVT
