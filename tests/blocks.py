@@ -219,9 +219,9 @@ def tangent(problem):
     solution = newton._solution
     solution.array_w[:] = problem.system.unknown.x.array[: solution.local_size]
     problem.system.out_of_balance()
-    newton._snes.computeJacobian(solution, newton._matrix)
-    first, last = newton._matrix.getOwnershipRange()
-    rows = gathered(newton._matrix.getValues(range(first, last), range(newton._matrix.size[1])))
+    newton._snes.computeJacobian(solution, newton._tangent.matrix)
+    first, last = newton._tangent.matrix.getOwnershipRange()
+    rows = gathered(newton._tangent.matrix.getValues(range(first, last), range(newton._tangent.matrix.size[1])))
     newton.destroy()
     return rows
 

@@ -3,8 +3,8 @@
     ./run python -m benchmarks.speed.profile_runs --n 128
 
 Every instant of solving is charged to one part, the innermost that is going on: clocks around the discretisation's
-methods and DOLFINx' assembly, put there from outside, and PETSc's own log for what it does within.  Leaves
-profile_runs.csv and .md in benchmarks/results, with percentages and counts; the seconds are on the terminal.
+methods, DOLFINx' assembly and our own factors, put there from outside, and PETSc's own log for what it does within.
+Leaves profile_runs.csv and .md in benchmarks/results, with percentages and counts; the seconds are on the terminal.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from petsc4py import PETSc
 import growthx as gx
 from benchmarks.shared import command
 from benchmarks.shared.reporting import RESULTS, Table, progress, read_rows, write_rows
+from growthx.fem.cell_sums import CellSums
 from growthx.solvers.newton import Newton
+from growthx.solvers.single_factor import Factor
 
 CSV = RESULTS / "profile_runs.csv"
 VARIANTS = ("Q1P0", "Q1", "Q1Q1")
@@ -191,7 +193,16 @@ def assembly_on(clock: Clock) -> Iterator[None]:
     with ExitStack() as clocks:
         clocks.enter_context(patch.object(dolfinx.fem, "assemble_vector", assemble))
         clocks.enter_context(patch.object(dolfinx.fem.petsc, "assemble_matrix", matrix))
-        clocks.enter_context(patch.object(Newton, "solve", clock.around(Newton.solve, NEWTON)))
+        for owner, name, part in (
+            (Newton, "solve", NEWTON),
+            (CellSums, "__call__", TANGENT),
+            (Factor, "factorise", FACTOR),
+            (Factor, "solve", TRIANGLES),
+        ):
+            clocks.enter_context(patch.object(owner, name, clock.around(getattr(owner, name), part)))
+        for name in ("of_rows", "of_blocks"):
+            analysis = staticmethod(clock.around(getattr(Factor, name), ORDERING))
+            clocks.enter_context(patch.object(Factor, name, analysis))
         yield
 
 

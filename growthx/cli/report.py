@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -137,11 +138,13 @@ def numbers(
 
 
 def times(result: Result) -> None:
-    """Print where the time went, and what solved the linear systems."""
+    """Print where the time went, what solved the linear systems and, where that is known, the most memory."""
+    memory = result.costs[-1].peak_memory if result.costs else math.nan
     say(
         result,
         f"set-up {result.setup_s:.2f} s, compiling {result.compile_s:.2f} s, solving {result.solve_s:.2f} s "
-        f"(linear systems: {result.linear_solver or 'none solved'})",
+        f"(linear systems: {result.linear_solver or 'none solved'})"
+        + (f", at most {memory:.0f} MB of memory" if math.isfinite(memory) else ""),
     )
 
 

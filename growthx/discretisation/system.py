@@ -37,13 +37,12 @@ class Densities(Protocol):
     """How the densities are solved for, and the weak forms of both balances as that needs them.
 
     unknowns: what is left for Newton's method.  symmetric: whether the tangent is.
-    coupling: a bilinear form whose matrix has room for all tangents.  conditions: on densities that are unknowns.
+    conditions: on densities that are unknowns.
     constants: of the forms, beside those of the state and the laws.
     """
 
     unknowns: Unknowns
     symmetric: bool
-    coupling: dolfinx.fem.Form
     conditions: list[dolfinx.fem.DirichletBC]
     constants: list[dolfinx.fem.Constant]
 
@@ -58,6 +57,14 @@ class Densities(Protocol):
     @property
     def tangents(self) -> list[dolfinx.fem.Form]:
         """Compiled forms whose sum is their derivative."""
+
+    @property
+    def coupling(self) -> dolfinx.fem.Form:
+        """A bilinear form whose matrix has room for all tangents."""
+
+    @property
+    def own_tangents(self) -> list[list[dolfinx.fem.Form]]:
+        """Of each displacement, forms by `condensed_tangent` whose sum is its own block; none if it is not theirs."""
 
     @property
     def dofs(self) -> int:
@@ -110,7 +117,7 @@ class System:
         self._momentum = momentum
         self.unknowns = densities.unknowns
         self.unknown, self.owned = self.unknowns.function, self.unknowns.owned
-        self.coupling, self.symmetric = densities.coupling, densities.symmetric
+        self.symmetric = densities.symmetric
         self.supports = Supports(spaces, self.unknowns)
         self.conditions = [*self.supports.conditions, *densities.conditions]
         self.loads = DeadLoads(spaces, self.unknowns)
@@ -126,6 +133,16 @@ class System:
     def tangents(self) -> list[dolfinx.fem.Form]:
         """Bilinear forms whose sum is ∂R/∂x."""
         return self.densities.tangents
+
+    @property
+    def coupling(self) -> dolfinx.fem.Form:
+        """A bilinear form whose matrix has room for the tangents."""
+        return self.densities.coupling
+
+    @property
+    def own_tangents(self) -> list[list[dolfinx.fem.Form]]:
+        """Of each displacement, forms whose sum is its own block of ∂R/∂x, symmetric; none if there are no such."""
+        return self.densities.own_tangents
 
     # -- what a solver asks --------------------------------------------------------------------------------------------
 

@@ -78,7 +78,8 @@ def condensed_tangent(
 
     tangents: forms whose sum is the derivative of both balances, each with one quadrature rule, their arguments (u, ρ)
     from a mixed element with the displacement first.  space: displacement space.  densities: number of densities in a
-    cell.  cells: where the density is eliminated.
+    cell, perhaps none.  cells: where the density is eliminated.
+    kernel, kernel_cells: of the form that is returned, the address of its kernel and `cells`.
     """
     comm = steady(space.mesh.comm)
     compiled = [kernels.generated(comm, tangent) for tangent in tangents]
@@ -102,6 +103,7 @@ def condensed_tangent(
     for t, (ufcx_form, module) in enumerate(compiled):
         kernel = library.bind(t, compat.integral_kernel_address(ufcx_form, module.ffi))
     form = compat.cell_form([space, space], kernel, cells, [*chain(*coefficients)], [*chain(*constants)])
+    form.kernel, form.kernel_cells = kernel, cells  # type: ignore[attr-defined]
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
     return form
 

@@ -5,23 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from growthx.common.errors import EndedEarly
 from growthx.common.interruption import ignore_broken_pipes
-from growthx.solvers import abandoned, linear_solvers
+from growthx.solvers import abandoned
 from growthx.solvers.kept_factor import KeptFactor
 from growthx.solvers.report import CLOSE, STAGNATES, NewtonReport
 from growthx.solvers.round_off import RoundOff, stagnates
 from growthx.solvers.settings import NewtonSettings
-from growthx.solvers.tangent import assemble_tangent
+from growthx.solvers.tangent import Tangent
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from growthx.common.arrays import Floats
+    from growthx.solvers.linear_solvers import LinearSolver
     from growthx.solvers.problem import NonlinearProblem
 
 
@@ -45,13 +45,13 @@ class Newton:
         self._settings, self._tolerance = settings, settings.tolerance * self._force_scale
         self._must_be_stable = problem.must_be_stable
         self._residuals = self._factorisations = 0
-        self._matrix = petsc.create_matrix(problem.coupling)
         self._solution = PETSc.Vec().createMPI((problem.owned, None), comm=problem.comm)
         residual = self._solution.duplicate()
         self._snes = snes = PETSc.SNES().create(problem.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._assemble_residual, residual)
-        snes.setJacobian(self._assemble_tangent, self._matrix)
+        self._tangent = Tangent(snes, problem, full=settings.full)
+        snes.setJacobian(self._assemble_tangent, self._tangent.matrix)
         self._round_off = RoundOff(self._residual_at, CLOSE * self._force_scale, problem.comm)
         self._stopped_at = 0.0  # norm of the residual, by its round-off, in the last solution
         self._kept: KeptFactor | None = None
@@ -73,7 +73,6 @@ class Newton:
         if self._kept is None:
             snes.setConvergenceTest(self._has_ended)
         snes.setConvergenceHistory(length=settings.maximum_iterations + 1, reset=True)
-        self.linear_solver = linear_solvers.set_up(snes.getKSP(), problem, self._matrix, direct=settings.full)
         # The default search of the type with limits stalls, and ends runs, where full steps converge at once.
         if limits is None or not self._search("basic"):
             snes.setFromOptions()
@@ -81,6 +80,11 @@ class Newton:
             self._limits = [PETSc.Vec().createWithArray(limit, comm=problem.comm) for limit in limits]
             snes.setVariableBounds(*self._limits)
             snes.setSolution(self._solution)
+
+    @property
+    def linear_solver(self) -> LinearSolver:
+        """What solves the linear systems; another one where that had to give way."""
+        return self._tangent.solver
 
     def _search(self, kind: str) -> bool:
         """Set how PETSc's own methods search along a step, unless the user has; whether that was so."""
@@ -135,7 +139,7 @@ class Newton:
         """Number of negative pivots of a symmetric tangent; looked for only where the last factorised one has some."""
         if not (self.problem.symmetric and self._must_be_stable and self.linear_solver.negative_pivots):
             return 0
-        self._snes.computeJacobian(self._solution, self._matrix)
+        self._snes.computeJacobian(self._solution, self._tangent.matrix)
         return self.linear_solver.negative_pivots
 
     def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
@@ -187,7 +191,7 @@ class Newton:
 
     def destroy(self) -> None:
         """Free the solver's memory (collective)."""
-        for part in (self._snes, self._matrix, self._solution):
+        for part in (self._snes, self._tangent, self._solution):
             part.destroy()
 
     def leave(self) -> None:
@@ -226,8 +230,7 @@ class Newton:
     def _assemble_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
         self._factorisations += 1
         self._return_to(x)
-        assemble_tangent(self.problem, P)
-        self.linear_solver.refresh()
+        self._tangent.renew(self._assemble_tangent)
 
 
 def _unstable(directions: int) -> str:

@@ -70,6 +70,13 @@ class NonlinearProblem(Protocol):
         """Bilinear forms whose sum is ∂R/∂x."""
 
     @property
+    def own_tangents(self) -> Sequence[Sequence[dolfinx.fem.Form]]:
+        """Of each displacement, forms of cells with a `kernel` and `kernel_cells` whose sum is its own block of ∂R/∂x.
+
+        Each of `layout.space`, and symmetric; none if the blocks are not.
+        """
+
+    @property
     def conditions(self) -> Sequence[dolfinx.fem.DirichletBC]:
         """What is held: these unknowns hold no equation."""
 

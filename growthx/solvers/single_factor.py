@@ -19,9 +19,11 @@ from growthx.common.errors import InputError
 from growthx.fem import kernels
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from petsc4py import PETSc
 
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats, Indices, Marks
 
 SMALLEST = 4_000  # unknowns from which on it is worth its setting up
 POOR = 0.3  # ‖b − A x‖ over ‖b‖ of a solution that steers no more: less, and every step does most of its work
@@ -30,8 +32,10 @@ ENOUGH, MOST_ITERATIONS = 1e-6, 50  # of the conjugate gradients that stand in f
 
 DECLARATIONS = """
 uintptr_t make(int n, uintptr_t starts, uintptr_t columns);
+uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts, uintptr_t columns, uintptr_t held);
 int factorise(uintptr_t factor, uintptr_t values);
 int solve(uintptr_t factor, uintptr_t b, uintptr_t x);
+void multiply(uintptr_t factor, uintptr_t values, uintptr_t x, uintptr_t y);
 double work(uintptr_t factor);
 void destroy(uintptr_t factor);
 """
@@ -47,7 +51,7 @@ typedef struct {
     cholmod_sparse matrix;               /* its upper triangle, by columns */
     cholmod_factor *factor;
     cholmod_dense *b, *x, *y, *e;
-    int n, *starts, *rows, *taken, *diagonal;  /* taken: place of each entry among those of the whole matrix */
+    int n, *starts, *rows, *taken;  /* taken: place of each entry among the values that are given; -1 of a one */
     float *values;
     double *scale;
 } single;
@@ -62,16 +66,14 @@ static void destroy(uintptr_t address)
     cholmod_free_dense(&s->y, &s->common);
     cholmod_free_dense(&s->e, &s->common);
     cholmod_finish(&s->common);
-    free(s->starts); free(s->rows); free(s->taken); free(s->diagonal); free(s->values); free(s->scale);
+    free(s->starts); free(s->rows); free(s->taken); free(s->values); free(s->scale);
     free(s);
 }
 
-/* starts, columns: of the rows of a symmetric matrix, which are its columns as well; zero where memory is short. */
-static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
+static single *begin(int n, int entries)
 {
-    const int *starts = (const int *)starts_, *columns = (const int *)columns_;
     single *s = calloc(1, sizeof(single));
-    if (!s) return 0;
+    if (!s) return NULL;
     cholmod_start(&s->common);
     s->common.print = 0;
     s->common.nmethods = 1;
@@ -81,34 +83,78 @@ static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
     s->common.quick_return_if_not_posdef = 1;
     s->n = n;
     s->starts = malloc((n + 1) * sizeof(int));
-    s->rows = malloc(starts[n] * sizeof(int));
-    s->taken = malloc(starts[n] * sizeof(int));
-    s->diagonal = malloc(n * sizeof(int));
-    s->values = malloc(starts[n] * sizeof(float));
+    s->rows = malloc(entries * sizeof(int));
+    s->taken = malloc(entries * sizeof(int));
+    s->values = malloc(entries * sizeof(float));
     s->scale = malloc(n * sizeof(double));
-    if (!s->starts || !s->rows || !s->taken || !s->diagonal || !s->values || !s->scale) {
-        destroy((uintptr_t)s);
-        return 0;
-    }
-    int count = 0;
-    for (int j = 0; j < n; ++j) {
-        s->starts[j] = count;
-        s->diagonal[j] = -1;
-        for (int k = starts[j]; k < starts[j + 1]; ++k) {
-            if (columns[k] > j) continue;
-            if (columns[k] == j) s->diagonal[j] = k;
-            s->rows[count] = columns[k];
-            s->taken[count++] = k;
-        }
-    }
+    if (s->starts && s->rows && s->taken && s->values && s->scale) return s;
+    destroy((uintptr_t)s);
+    return NULL;
+}
+
+static uintptr_t analysed(single *s, int count)
+{
+    const int n = s->n;
     s->starts[n] = count;
     s->matrix = (cholmod_sparse){.nrow = n, .ncol = n, .nzmax = count, .p = s->starts, .i = s->rows, .x = s->values,
         .stype = 1, .itype = CHOLMOD_INT, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_SINGLE, .sorted = 1, .packed = 1};
     for (int k = 0; k < count; ++k) s->values[k] = 0.0f;
     s->factor = cholmod_analyze(&s->matrix, &s->common);
     s->b = cholmod_zeros(n, 1, CHOLMOD_REAL + CHOLMOD_SINGLE, &s->common);
-    if (!s->factor || !s->b) { destroy((uintptr_t)s); return 0; }
-    return (uintptr_t)s;
+    if (s->factor && s->b) return (uintptr_t)s;
+    destroy((uintptr_t)s);
+    return 0;
+}
+
+/* starts, columns: of the rows of a symmetric matrix, which are its columns as well; zero where memory is short. */
+static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
+{
+    const int *starts = (const int *)starts_, *columns = (const int *)columns_;
+    single *s = begin(n, starts[n]);
+    if (!s) return 0;
+    int count = 0;
+    for (int j = 0; j < n; ++j) {
+        s->starts[j] = count;
+        for (int k = starts[j]; k < starts[j + 1]; ++k) {
+            if (columns[k] > j) continue;
+            s->rows[count] = columns[k];
+            s->taken[count++] = k;
+        }
+    }
+    return analysed(s, count);
+}
+
+/* starts, columns: of the rows of blocks in the lower half, rising.  held: whether a row is one of the unit matrix. */
+static uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts_, uintptr_t columns_, uintptr_t held_)
+{
+    const int *starts = (const int *)starts_, *columns = (const int *)columns_;
+    const char *held = (const char *)held_;
+    single *s = begin(nodes * block, starts[nodes] * block * block);
+    if (!s) return 0;
+    int count = 0;
+    for (int node = 0; node < nodes; ++node)
+        for (int i = 0; i < block; ++i) {
+            const int row = node * block + i;
+            s->starts[row] = count;
+            if (held[row]) {
+                s->rows[count] = row;
+                s->taken[count++] = -1;
+                continue;
+            }
+            for (int k = starts[node]; k < starts[node + 1]; ++k)
+                for (int j = 0; j < block; ++j) {
+                    const int column = columns[k] * block + j;
+                    if (column > row || held[column]) continue;
+                    s->rows[count] = column;
+                    s->taken[count++] = (k * block + i) * block + j;
+                }
+        }
+    return analysed(s, count);
+}
+
+static double entry(const single *s, const double *values, int k)
+{
+    return s->taken[k] < 0 ? 1.0 : values[s->taken[k]];
 }
 
 /* Operations of a factorisation for each entry of the factor. */
@@ -118,20 +164,38 @@ static double work(uintptr_t address)
     return s && s->common.lnz > 0.0 ? s->common.fl / s->common.lnz : 0.0;
 }
 
-/* values: of all entries.  Whether there is a factor: not of a matrix that is not positive definite. */
+/* values: of all entries or blocks.  Whether there is a factor: not of a matrix that is not positive definite. */
 static int factorise(uintptr_t address, uintptr_t values_)
 {
     single *s = (single *)address;
     const double *values = (const double *)values_;
     for (int j = 0; j < s->n; ++j) {
-        if (s->diagonal[j] < 0 || !(values[s->diagonal[j]] > 0.0)) return 0;
-        s->scale[j] = 1.0 / sqrt(values[s->diagonal[j]]);
+        const int last = s->starts[j + 1] - 1; /* on the diagonal, if that has an entry */
+        if (last < s->starts[j] || s->rows[last] != j || !(entry(s, values, last) > 0.0)) return 0;
+        s->scale[j] = 1.0 / sqrt(entry(s, values, last));
     }
     for (int j = 0; j < s->n; ++j)
         for (int k = s->starts[j]; k < s->starts[j + 1]; ++k)
-            s->values[k] = (float)(values[s->taken[k]] * s->scale[j] * s->scale[s->rows[k]]);
+            s->values[k] = (float)(entry(s, values, k) * s->scale[j] * s->scale[s->rows[k]]);
     cholmod_factorize(&s->matrix, s->factor, &s->common);
     return s->common.status == CHOLMOD_OK && s->factor->minor == (size_t)s->n;
+}
+
+/* y = A x with the matrix of some values, in double precision. */
+static void multiply(uintptr_t address, uintptr_t values_, uintptr_t x_, uintptr_t y_)
+{
+    const single *s = (const single *)address;
+    const double *values = (const double *)values_, *x = (const double *)x_;
+    double *y = (double *)y_;
+    for (int j = 0; j < s->n; ++j) {
+        double sum = 0.0;
+        for (int k = s->starts[j]; k < s->starts[j + 1]; ++k) {
+            const double value = entry(s, values, k);
+            sum += value * x[s->rows[k]];
+            if (s->rows[k] != j) y[s->rows[k]] += value * x[j];
+        }
+        y[j] += sum;
+    }
 }
 
 static int solve(uintptr_t address, uintptr_t b_, uintptr_t x_)
@@ -151,77 +215,64 @@ static int solve(uintptr_t address, uintptr_t b_, uintptr_t x_)
 """
 
 
-class SingleFactor:
-    """The context of a PETSc PC of type "python": solves with a factor in single precision.
+NAME = "Cholesky (CHOLMOD, single precision)"
 
-    On several ranks each has the whole matrix and makes the same factor of it: nobody waits for the others within a
-    factorisation or a solution, which for systems that are not large costs more than the work that is shared.
-    is_poor: whether the last matrix had none, or one that does not solve well; a factor in double precision then would.
+
+class Factor:
+    """A factor of this rank's own.
+
+    is_poor: whether the last matrix had none, or one that does not solve well, as its first solution shows.
     """
 
-    name = "Cholesky (CHOLMOD, single precision)"
+    def __init__(self, library: Any, address: int) -> None:
+        """library: see `load`.  address: what one of its functions has made."""
+        self._library, self._address, self._fresh, self.is_poor = library, address, False, False
 
-    def __init__(self, library: Any) -> None:
-        """library: see `load`."""
-        self._library, self._factor, self._fresh, self.is_poor = library, 0, False, False
-        self._own, self._comm = slice(0), MPI.COMM_SELF
-        self._rows: Indices = np.zeros(1, dtype=int)  # of each rank
-        self._entries: Indices = np.zeros(1, dtype=int)
+    @classmethod
+    def of_rows(cls, library: Any, starts: Indices, columns: Indices) -> Factor:
+        """Of a symmetric matrix by rows, as PETSc has it."""
+        return cls(library, library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data))
 
-    def setUp(self, pc: PETSc.PC) -> None:
-        """Factorise the matrix as it is now; PETSc calls this."""
-        matrix = pc.getOperators()[0]
-        starts, columns, values = matrix.getValuesCSR()
-        if not self._factor:
-            self._comm = steady(pc.comm.tompi4py())
-            self._own = slice(*matrix.getOwnershipRange())
-            self._rows, self._entries = (
-                np.array(self._comm.allgather(each)) for each in (len(starts) - 1, len(columns))
-            )
-            lengths = self._gathered(np.diff(starts), self._rows)
-            starts, columns = np.concatenate([[0], np.cumsum(lengths)]), self._gathered(columns, self._entries)
-            starts = starts.astype(np.int32)
-            self._factor = self._library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data)
-        values = self._gathered(values, self._entries)
-        made = self._factor and self._library.factorise(self._factor, values.ctypes.data)
-        self._fresh, self.is_poor = True, not self._comm.allreduce(bool(made), MPI.LAND)
+    @classmethod
+    def of_blocks(cls, library: Any, pairs: Indices, held: Marks) -> Factor:
+        """Of blocks of pairs of nodes, the higher one first, rising.
 
-    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """X ≈ A⁻¹ b; PETSc calls this."""
-        whole = self._gathered(b.array_r, self._rows)
-        found = self._solve(whole)
+        held: rows of a unit matrix, whatever the blocks say, shape (nodes · block,).
+        """
+        nodes = int(pairs[-1, 0]) + 1  # each has a block of its own, the last in its row
+        starts = np.searchsorted(pairs[:, 0], np.arange(nodes + 1)).astype(np.int32)
+        columns, marks = np.ascontiguousarray(pairs[:, 1], dtype=np.int32), np.ascontiguousarray(held, dtype=np.int8)
+        places = (each.ctypes.data for each in (starts, columns, marks))
+        return cls(library, library.make_of_blocks(nodes, len(held) // nodes, *places))
+
+    def factorise(self, values: Floats) -> bool:
+        """Whether a matrix, by its entries or blocks, has one."""
+        self.is_poor = not (self._address and self._library.factorise(self._address, values.ctypes.data))
+        self._fresh = True
+        return not self.is_poor
+
+    def solve(self, b: Floats, times: Callable[[Floats], Floats]) -> Floats:
+        """X ≈ A⁻¹ b; times: product of the matrix with a vector, to look at the first solution with."""
+        found = self._solve(b)
         if self._fresh:
             self._fresh = False
-            found = self._looked_at(pc.getOperators()[0], whole, found)
-        x.array_w[:] = found[self._own]
+            found = self._looked_at(times, b, found)
+        return found
 
-    def _gathered(self, values: Any, counts: Any) -> Any:
-        """What all ranks have, one after the other."""
-        values = np.ascontiguousarray(values)
-        if self._comm.size == 1:
-            return values
-        whole = np.empty(counts.sum(), dtype=values.dtype)
-        self._comm.Allgatherv(values, (whole, counts))
-        return whole
+    def times(self, values: Floats, x: Floats) -> Floats:
+        """The product of the matrix, by its entries or blocks, with a vector."""
+        x, y = np.ascontiguousarray(x), np.zeros(len(x))
+        self._library.multiply(self._address, values.ctypes.data, x.ctypes.data, y.ctypes.data)
+        return y
 
     def _solve(self, b: Floats) -> Floats:
-        x = np.full(len(b), np.nan)
-        if self._factor:
-            self._library.solve(self._factor, b.ctypes.data, x.ctypes.data)
+        b, x = np.ascontiguousarray(b), np.full(len(b), np.nan)
+        if self._address:
+            self._library.solve(self._address, b.ctypes.data, x.ctypes.data)
         return x
 
-    def _looked_at(self, matrix: PETSc.Mat, b: Floats, x: Floats) -> Floats:
+    def _looked_at(self, times: Callable[[Floats], Floats], b: Floats, x: Floats) -> Floats:
         """The first solution of a new factor; if it is none, conjugate gradients make one of it."""
-
-        def times(vector: Floats) -> Floats:
-            ours, product = matrix.createVecs()
-            ours.array_w[:] = vector[self._own]
-            matrix.mult(ours, product)
-            whole = self._gathered(product.array_r, self._rows)
-            ours.destroy()
-            product.destroy()
-            return np.array(whole)
-
         rest, size = b - times(x), float(np.linalg.norm(b))
         self.is_poor = not np.linalg.norm(rest) <= POOR * size
         direction: Floats = np.zeros(len(rest))
@@ -240,16 +291,91 @@ class SingleFactor:
     @property
     def work(self) -> float:
         """Operations of a factorisation for each entry of the factor; zero before the first one."""
-        return float(self._library.work(self._factor))
+        return float(self._library.work(self._address))
+
+    def destroy(self) -> None:
+        """Free the memory."""
+        self._library.destroy(self._address)
+        self._address = 0
+
+
+class SingleFactor:
+    """The context of a PETSc PC of type "python": solves with a factor in single precision.
+
+    On several ranks each has the whole matrix and makes the same factor of it: nobody waits for the others within a
+    factorisation or a solution, which for systems that are not large costs more than the work that is shared.
+    """
+
+    name = NAME
+
+    def __init__(self, library: Any) -> None:
+        """library: see `load`."""
+        self._library = library
+        self._factor: Factor | None = None
+        self._own, self._comm = slice(0), MPI.COMM_SELF
+        self._rows: Indices = np.zeros(1, dtype=int)  # of each rank
+        self._entries: Indices = np.zeros(1, dtype=int)
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise the matrix as it is now; PETSc calls this."""
+        matrix = pc.getOperators()[0]
+        starts, columns, values = matrix.getValuesCSR()
+        if self._factor is None:
+            self._comm = steady(pc.comm.tompi4py())
+            self._own = slice(*matrix.getOwnershipRange())
+            self._rows, self._entries = (
+                np.array(self._comm.allgather(each)) for each in (len(starts) - 1, len(columns))
+            )
+            lengths = gathered(self._comm, np.diff(starts), self._rows)
+            starts = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
+            self._factor = Factor.of_rows(self._library, starts, gathered(self._comm, columns, self._entries))
+        made = self._factor.factorise(gathered(self._comm, values, self._entries))
+        self._factor.is_poor = not self._comm.allreduce(made, MPI.LAND)
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """X ≈ A⁻¹ b; PETSc calls this."""
+        assert self._factor is not None
+        matrix = pc.getOperators()[0]
+
+        def times(vector: Floats) -> Floats:
+            ours, product = matrix.createVecs()
+            ours.array_w[:] = vector[self._own]
+            matrix.mult(ours, product)
+            whole = np.array(gathered(self._comm, product.array_r, self._rows))
+            ours.destroy()
+            product.destroy()
+            return whole
+
+        x.array_w[:] = self._factor.solve(gathered(self._comm, b.array_r, self._rows), times)[self._own]
+
+    @property
+    def is_poor(self) -> bool:
+        """Whether a factor in double precision would do better."""
+        return self._factor is not None and self._factor.is_poor
+
+    @property
+    def work(self) -> float:
+        """Operations of a factorisation for each entry of the factor; zero before the first one."""
+        return self._factor.work if self._factor else 0.0
 
     def destroy(self, pc: PETSc.PC) -> None:
         """Free the memory; PETSc calls this."""
-        self._library.destroy(self._factor)
-        self._factor = 0
+        if self._factor is not None:
+            self._factor.destroy()
 
 
-def fits_into_memory(size: int, dim: int, ranks: int) -> bool:
-    """Whether half of the memory that is free now holds a factor for each rank: in space it grows faster than the body.
+def gathered(comm: MPI.Intracomm, values: Any, counts: Indices) -> Any:
+    """What all ranks have, one after the other.  counts: how many values each has."""
+    values = np.ascontiguousarray(values)
+    if comm.size == 1:
+        return values
+    whole = np.empty(counts.sum(), dtype=values.dtype)
+    comm.Allgatherv(values, [whole, counts])
+    return whole
+
+
+def fits_into_memory(size: int, dim: int, factors: int) -> bool:
+    """Whether half of the memory that is free now holds some factors: in space they grow faster than the body.
 
     The same on all ranks of a machine, which ask at the same time.
     """
@@ -257,7 +383,7 @@ def fits_into_memory(size: int, dim: int, ranks: int) -> bool:
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (ValueError, OSError):  # not told here
         return True
-    return dim < SPACE or BYTES_IN_SPACE * size ** (4 / 3) * ranks < free / 2
+    return dim < SPACE or BYTES_IN_SPACE * size ** (4 / 3) * factors < free / 2
 
 
 def load(comm: Any) -> Any:

@@ -46,7 +46,9 @@ def census(monkeypatch):
 
     def of(call):
         count.clear()
-        call()
+        made = call()
+        if hasattr(made, "system"):  # tangents are compiled when they are asked for
+            assert made.system.coupling and made.system.tangents
         return dict(count)
 
     return of

@@ -239,3 +239,20 @@ def test_petsc_options_override(monkeypatch):
     assert solved.solver.description == (
         "GMRES with field split (density: Chebyshev with Jacobi, displacement: Jacobi)"
     )
+
+
+@pytest.mark.parametrize("factors", ["one sweep", "two, as the user has it"])
+def test_multigrid_is_as_chosen_or_as_the_user_has_it(factors, monkeypatch):
+    """What GAMG knows by options alone is not left to PETSc's defaults, which change, and is gone afterwards."""
+    use_no_factors(monkeypatch)
+    database, name = PETSc.Options(PREFIX), "mg_levels_ksp_max_it"
+    mine = factors != "one sweep"
+    if mine:
+        database[name] = 2
+    solved = Solved(block(square(16)), gx.Q1P0)
+    hierarchy = solved.ksp.getPC()
+    assert hierarchy.getMGLevels() > 1
+    assert hierarchy.getMGSmoother(1).getTolerances()[3] == (2 if mine else 1)
+    assert database.hasName(name) == mine
+    database.delValue(name)
+    assert solved.error() < 1.01 * linear_solvers.TOLERANCE

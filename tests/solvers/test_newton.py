@@ -201,7 +201,7 @@ def test_what_is_raised_while_petsc_calls_us_comes_out_as_it_is(full, error, cal
         raise error
 
     if called == "tangents":
-        monkeypatch.setattr("growthx.solvers.newton.assemble_tangent", raise_it)
+        monkeypatch.setattr("growthx.solvers.tangent.assemble_tangent", raise_it)
     else:
         monkeypatch.setattr(problem.system, "out_of_balance", raise_it)
     with pytest.raises(error if isinstance(error, type) else type(error)):

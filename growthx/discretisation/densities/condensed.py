@@ -7,6 +7,7 @@ until equilibrium of momentum:                       (the paper's integration-po
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
@@ -48,7 +49,7 @@ class EliminatedDensities:
         linear = isinstance(variant.density, AtPoints) or scene.growth.is_linear
         self.symmetric = variant.one_rule and linear and not scene.open_loads and scene.inertia is None
         self.unknowns = unknowns = Unknowns(spaces, state, with_density=False)
-        us, tests, rho, space = unknowns.displacements, unknowns.tests, state.density, unknowns.space
+        us, tests, rho = unknowns.displacements, unknowns.tests, state.density
         self._local = LocalDensities(spaces, state, momentum.mean_energy(us), material)
         growing = [momentum.inside(us, rho, tests, spaces.growing_volume)]
         growing += momentum.of_corners(us, rho, tests, spaces.growing_volume)
@@ -56,29 +57,71 @@ class EliminatedDensities:
         resting, boundary = momentum.of_what_rests(us, tests), momentum.on_boundaries(us, rho, tests)
         residuals = [total(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
         self.residuals = [spaces.compile.form(form) for form in residuals]
-        self.tangents = [self._condensed_tangent()]
-        self.tangents += [spaces.compile.form(ufl.derivative(form, unknowns.function)) for form in resting + boundary]
-        self.coupling = self.tangents[0]
-        if resting:
-            trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
-            self.coupling = spaces.compile.form(ufl.inner(trial, test) * spaces.whole_volume)
+        self._beside = resting + boundary
         self.lumped: None = None
         self.conditions: list[dolfinx.fem.DirichletBC] = []
         self.constants: list[dolfinx.fem.Constant] = []
 
-    def _condensed_tangent(self) -> dolfinx.fem.Form:
+    @cached_property
+    def tangents(self) -> list[dolfinx.fem.Form]:
+        """Of all displacements; compiled when they are asked for."""
+        spaces = self._spaces
+        inside = self.own_tangents[0][:1] if len(spaces.cases) == 1 and self.symmetric else [self._condensed_tangent()]
+        derivatives = [ufl.derivative(form, self.unknowns.function) for form in self._beside]
+        return inside + [spaces.compile.form(derivative) for derivative in derivatives]
+
+    @cached_property
+    def coupling(self) -> dolfinx.fem.Form:
+        """Between all unknowns of a cell, whether it grows or rests."""
+        if not self._spaces.rests:
+            return self.tangents[0]
+        trial, test = ufl.TrialFunction(self.unknowns.space), ufl.TestFunction(self.unknowns.space)
+        return self._spaces.compile.form(ufl.inner(trial, test) * self._spaces.whole_volume)
+
+    @cached_property
+    def own_tangents(self) -> list[list[dolfinx.fem.Form]]:
+        """Of each displacement, what grows and what rests of its own block; none where that is not symmetric."""
+        cases = range(len(self._spaces.cases)) if self.symmetric else ()
+        return [[self._condensed_tangent(case), *self._resting_tangent(case)] for case in cases]
+
+    def _condensed_tangent(self, only: int | None = None) -> dolfinx.fem.Form:
+        """Of all displacements, or of one alone."""
         spaces, rho, count = self._spaces, self._state.density, len(self._spaces.cases)
-        elements = [spaces.displacement_space.ufl_element()] * count + [spaces.density_space.ufl_element()]
+        used = range(count) if only is None else [only]
+        elements = [spaces.displacement_space.ufl_element()] * len(used) + [spaces.density_space.ufl_element()]
         space = ufl.FunctionSpace(spaces.scene.mesh.domain.ufl_domain(), basix.ufl.mixed_element(elements))
         *tests, test_rho = ufl.TestFunctions(space)
         *trials, trial_rho = ufl.TrialFunctions(space)
-        trial = trials[0] if count == 1 else ufl.as_vector([component for each in trials for component in each])
+        direction = self._direction(dict(zip(used, trials, strict=True)))
+        own = dict(zip(used, tests, strict=True))
         tangents = [
-            ufl.derivative(each, self.unknowns.function, trial) + ufl.derivative(each, rho, trial_rho)
-            for each in self._balances(tests, test_rho)
+            ufl.derivative(each, self.unknowns.function, direction) + ufl.derivative(each, rho, trial_rho)
+            for each in self._balances([own.get(case) for case in range(count)], test_rho)
         ]
         densities = spaces.density_space.dofmap.dof_layout.num_dofs
-        return spaces.compile(condensed_tangent, tangents, self.unknowns.space, densities, spaces.growing_cells)
+        target = self.unknowns.space if only is None else spaces.displacement_space
+        return spaces.compile(condensed_tangent, tangents, target, densities, spaces.growing_cells)
+
+    def _resting_tangent(self, case: int) -> list[dolfinx.fem.Form]:
+        """Of one displacement alone where nothing grows, if that is anywhere; nothing is condensed there."""
+        spaces, state = self._spaces, self._state
+        if not spaces.rests:
+            return []
+        space, domain = spaces.displacement_space, spaces.scene.mesh.domain.ufl_domain()
+        alone = ufl.FunctionSpace(domain, space.ufl_element())
+        tests = [ufl.TestFunction(alone) if other == case else None for other in range(len(spaces.cases))]
+        us, volume = self.unknowns.displacements, spaces.whole_volume
+        form = self._momentum.inside(us, state.resting_density, tests, volume, rests=True)
+        tangent = ufl.derivative(form, self.unknowns.function, self._direction({case: ufl.TrialFunction(alone)}))
+        return [spaces.compile(condensed_tangent, [tangent], space, 0, spaces.resting_cells)]
+
+    def _direction(self, trials: dict[int, Any]) -> Any:
+        """Of all displacements in UFL, zero but for those of some load cases."""
+        if self.unknowns.alone:
+            return trials[0]
+        none = [0.0] * self._spaces.scene.mesh.dim
+        cases = range(len(self._spaces.cases))
+        return ufl.as_vector([component for case in cases for component in trials.get(case, none)])
 
     def _balances(self, tests: list[Any], test_rho: Any) -> list[ufl.Form]:
         """Both balances of a cell that grows, as forms of one rule each."""

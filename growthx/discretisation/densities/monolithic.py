@@ -7,7 +7,7 @@ until equilibrium of mass and momentum:               (the paper's node-based fl
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import dolfinx
 import numpy as np
@@ -38,6 +38,7 @@ class NodalDensities:
     """Densities among the unknowns, as `system.Densities`."""
 
     symmetric = False
+    own_tangents: ClassVar[list[list[dolfinx.fem.Form]]] = []
 
     def __init__(
         self, spaces: Spaces, state: State, momentum: Momentum, material: Elasticity, growth: MassSource

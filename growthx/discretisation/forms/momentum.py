@@ -43,11 +43,14 @@ class Momentum:
     def inside(self, us: list[Any], rho: Any, tests: list[Any], dV: ufl.Measure, *, rests: bool = False) -> ufl.Form:
         """What acts inside the body: stress, open body forces, the rate of momentum unless it is lumped.
 
+        tests: None leaves a load case out.
         rests: whether nothing grows there: the density then counts for forces and inertia alone.
         """
         scene, terms = self._scene, []
         material, stiffening = self._stiffness(rho, rests)
         for case, u, test in zip(self._cases, us, tests, strict=True):
+            if test is None:
+                continue
             test = _weighted(case, test)
             terms.append(balances.internal_work(u, stiffening, test, material, dV))
             terms += [
