@@ -47,7 +47,9 @@ Strains are made so small that growthx's finite ones are linear (`gx.scenes.wein
 
 Columns that each bear the pressure above them alone are in equilibrium at ρ = [1.82 (1 − x)²]^(1/3), whose mean is
 {SMOOTH_MEAN}. That is smooth and not stable: with m = 1 below n = 2 a cell that is denser than its neighbours draws
-their load and grows on. Run it by `growthx weinans`, or `python -m benchmarks.stability.weinans` for this page.
+their load and grows on. `growthx weinans` runs it by the implicit solver.
+
+Made by `python -m benchmarks.stability.weinans`.
 
 """
 
@@ -146,11 +148,8 @@ def findings(rows: list[Row]) -> list[str]:
         f"{by['update, Q1, averaged at nodes'].jump:.2f}), a non-local source columns alone "
         f"({by['update, Q1P0, non-local'].jump:.2f}). Zeros and ones remain.",
         "**The implicit solver says that the model is not well posed** before it begins. "
-        + (
-            f"It ends early with {', '.join(early)}, where a density has no continuation and the picture shows its last state; {ends}."
-            if early
-            else ""
-        ),
+        + (f"It ends early with {', '.join(early)}, where a density has no continuation; " if early else "")
+        + f"the pictures show last states; {ends}.",
     ]
 
 

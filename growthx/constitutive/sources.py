@@ -128,6 +128,11 @@ class MassSource(Sealed, ABC, replaceable=("mass_source_slope", "resting_rate", 
         return NoGrowth()
 
     @property
+    def remembers(self) -> bool:
+        """Whether the source depends on the past, which a state alone does not tell."""
+        return False
+
+    @property
     def is_still(self) -> bool:
         """Whether no density changes under this law."""
         return False

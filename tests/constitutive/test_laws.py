@@ -349,3 +349,65 @@ def test_bad_input_is_one_sentence(make, sentence):
     with pytest.raises(InputError, match=sentence) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+# -- memory ------------------------------------------------------------------------------------------------------------
+
+ACCOMMODATING = gx.EnergyRemodelling(0.02, 4.0, 1.0, relative_zone=0.05, memory=0.5)
+
+
+def with_memory(law, steps):
+    """Density and set point of the bar, as numbers: a step of each, one after the other."""
+    rho, used_to = MATERIAL.reference_density, law.set_point
+    for _ in range(steps):
+        frozen = replace(law, set_point=used_to)
+        start = rho
+        rho = root(
+            lambda x, start=start, frozen=frozen: x - start - STEP * frozen.mass_source(x[0], strains(x[0]), MATERIAL),
+            [start],
+            tol=1e-13,
+        ).x[0]
+        stimulus = law.stimulus(rho, strains(rho), MATERIAL)
+        used_to = (law.memory * used_to + STEP * stimulus) / (law.memory + STEP)
+    return rho, used_to
+
+
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1, gx.Q1sri, gx.Q1Q1], ids=lambda variant: variant.name)
+def test_cells_become_used_to_what_they_bear(variant):
+    """Less is formed than without a memory, by a recursion of numbers; each variant remembers."""
+    rho, used_to = with_memory(ACCOMMODATING, 3)
+    assert rho < recursion(replace(ACCOMMODATING, memory=None)) - 1e-3
+    steps, problem = run(bar(ACCOMMODATING), variant, tolerance=1e-12)
+    assert (steps[-1].min_density, steps[-1].max_density) == pytest.approx((rho, rho), rel=1e-7)
+    assert problem.state.past.x.array[problem.growing_dofs] == pytest.approx(used_to, rel=1e-6)
+    assert steps[-1].mass_defect < 1e-10
+    gx.wellposedness.check(problem)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1], ids=lambda variant: variant.name)
+def test_a_memory_is_in_checkpoints(variant, shared_folder):
+    """A run that goes on from one is that without a break, to the bit; another memory is another run."""
+    law = replace(ACCOMMODATING, set_point=lambda x: 0.02 + 0.005 * x[0])
+    scene = block(square(2, 0.05), growth=law)
+    folder = shared_folder / variant.name
+    whole = gx.solve(scene, variant, out=folder, checkpoint=2)
+    saved = sorted(folder.glob("checkpoint-*.npz"))[0]
+    again = gx.solve(scene, variant, resume=saved)
+    assert densities(again.problem) == pytest.approx(densities(whole.problem), rel=1e-14)
+    assert again.problem.state.past.x.array == pytest.approx(whole.problem.state.past.x.array, rel=1e-14)
+    with pytest.raises(InputError, match="of another run"):
+        gx.solve(replace(scene, growth=replace(law, memory=1.0)), variant, resume=saved)
+
+
+def test_what_knows_no_memory_refuses_it():
+    """One sentence each, with what would be right."""
+    with pytest.raises(InputError, match="has a memory, which an update after equilibrium does not know"):
+        list(baselines.update(bar(ACCOMMODATING), gx.Q1P0))
+    with pytest.raises(InputError, match="has a memory, and its equilibrium depends on the way there"):
+        gx.homeostasis(bar(ACCOMMODATING), gx.Q1P0)
+    with pytest.raises(InputError, match="has a memory, and its equilibrium depends on the way there"):
+        uniaxial_equilibrium(MATERIAL, ACCOMMODATING, TRACTION)
+    with pytest.raises(InputError, match="over which a remembered stimulus has no mean"):
+        gx.discretise(block(square(2, shape="triangle"), growth=ACCOMMODATING), gx.P2P2)
+    with pytest.raises(InputError, match="the time of the memory is 0: a positive number or None would be right"):
+        replace(ACCOMMODATING, memory=0.0)

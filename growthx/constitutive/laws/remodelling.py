@@ -43,6 +43,8 @@ class Remodelling(
     rounding: share of the set point outside each edge of the zone over which the corner is rounded; beyond, the law is
     as it is written, and in the zone the source is zero.  The rate is off by 0.15 c rounding S* there at most.
     factor: A(ρ), a `MartinSurface` or a `PowerOfDensity`; None: one.
+    memory: time τ over which the set point follows the stimulus, τ Ṡ* = S − S*, from the one that is given: cells
+    become used to what they bear (Turner 1999, J. Biomech. 32, 399); None: it stays.
     bounds: see `MassSource`.
     """
 
@@ -55,6 +57,7 @@ class Remodelling(
     most_resorption: float | None = field(default=None, kw_only=True)
     rounding: float = field(default=0.02, kw_only=True)
     factor: RateFactor | None = field(default=None, kw_only=True)
+    memory: float | None = field(default=None, kw_only=True)
 
     coefficients: ClassVar = ("set_point", "formation", "resorption")
 
@@ -69,6 +72,8 @@ class Remodelling(
         for most, what in ((self.most_formation, "formation"), (self.most_resorption, "resorption")):
             if most is not None:
                 require_number(most, f"the most {what}", "a positive number or None", lambda rate: rate > 0)
+        if self.memory is not None:
+            require_number(self.memory, "the time of the memory", "a positive number or None", lambda time: time > 0)
         wanted = "a MartinSurface, a PowerOfDensity or None"
         require_kind(self.factor, (RateFactor, type(None)), "what the rate takes from the density", wanted)
         super().__post_init__()
@@ -105,6 +110,11 @@ class Remodelling(
     def resting_rate(self, material: Elasticity) -> Any:
         """The resorption without a stimulus or a zone at the reference density, density per time."""
         return self.rate_factor(material.reference_density, material) * self.resorption * self.set_point
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the set point follows the stimulus."""
+        return self.memory is not None
 
     @property
     def is_still(self) -> bool:
