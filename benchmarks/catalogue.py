@@ -61,5 +61,6 @@ CATALOGUE = (
     Benchmark("speed.profile_runs", "profile_runs.md", "minutes"),
     Benchmark("speed.scaling", "scaling.md", "about 15 minutes"),
     Benchmark("stability", "stability.md", "about 20 minutes"),
+    Benchmark("stability.weinans", "weinans.md", "about 6 minutes"),
     Benchmark("stability.zero_one", "zero_one.md", "about 10 minutes"),
 )

@@ -60,6 +60,11 @@ def frozen(scene: Scene, variant: Variant) -> Discretisation:
             f"the scene '{scene.name}' moves mass, which an update after equilibrium does not know: "
             "one without flux, influx and prescribed densities would be right"
         )
+    if scene.growth.remembers:
+        raise InputError(
+            f"{type(scene.growth).__name__} of the scene '{scene.name}' has a memory, which an update after "
+            "equilibrium does not know: memory=None, or gx.march, would be right"
+        )
     return discretise(_at_rest(scene), variant)
 
 

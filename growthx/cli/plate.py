@@ -1,4 +1,4 @@
-"""The plate on the command line."""
+"""The plates on the command line: the one that scales, and that of Weinans."""
 
 from __future__ import annotations
 
@@ -38,4 +38,42 @@ def _show_plate(result: Result, readings: Mapping[str, Any]) -> None:
 
 PLATE = SceneCommand(
     "plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate, "", by_gmsh=False
+)
+
+
+def _weinans_arguments(parser: argparse.ArgumentParser) -> None:
+    add_option(parser, "--n", 40, int, "number of cells along each side; N x N in all")
+    add_option(parser, "--dt", 1.0, float, "time step")
+    add_option(parser, "--until", 100.0, float, "end of the run")
+
+
+def _weinans(options: argparse.Namespace) -> Scene:
+    from growthx.scenes.weinans import weinans_plate
+
+    return weinans_plate(options.n, step=options.dt, until=options.until)
+
+
+def _read_weinans(result: Result) -> Mapping[str, Any]:
+    from growthx.scenes.weinans import shares_at_bounds
+
+    lowest, highest = shares_at_bounds(result.problem)
+    mean = result.problem.mean_density()
+    return {"mean_density": mean, "share_at_lowest": lowest, "share_at_highest": highest}
+
+
+def _show_weinans(result: Result, readings: Mapping[str, Any]) -> None:
+    from growthx.cli import report
+
+    report.numbers(result, "weinans", {name.replace("_", " "): readings[name] for name in readings}, "", digits=6)
+
+
+WEINANS = SceneCommand(
+    "weinans",
+    "the plate of Weinans et al. 1992, not well posed",
+    _weinans_arguments,
+    _weinans,
+    _read_weinans,
+    _show_weinans,
+    "",
+    by_gmsh=False,
 )

@@ -12,7 +12,7 @@ from growthx.cli.femur import FEMUR
 from growthx.cli.femur3d import FEMUR3D
 from growthx.cli.mesh import MESH
 from growthx.cli.movie import MOVIE
-from growthx.cli.plate import PLATE
+from growthx.cli.plate import PLATE, WEINANS
 from growthx.cli.scene_run import of_scene
 from growthx.common.errors import InputError
 from growthx.common.exits import guarded
@@ -58,7 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"growthx {__version__}")
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for command in (*map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE)), MESH, MOVIE):
+    for command in (*map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS)), MESH, MOVIE):
         own = words.add_parser(
             command.name,
             help=command.help,

@@ -9,24 +9,23 @@ which each law states by its `power` k and its `drive` D.  For sources of other 
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from growthx.common.arrays import Field, is_uniform
 from growthx.common.checks import require, require_number
 from growthx.constitutive.energies import Elasticity
-from growthx.constitutive.expressions import exact_exponent
 from growthx.constitutive.functions import sqrt
 from growthx.constitutive.sources import MassSource
+from growthx.constitutive.stimulus import StimulusDriven, equivalent_strain
 
 ROUNDING = 0.1  # share of a dead zone's half-width over which each of its edges is rounded
-REST = 1e-10  # strain below which an equivalent strain, whose slope at rest is infinite, is rounded
 
 
 @dataclass(frozen=True)
 class GrowthLaw(
-    MassSource,
+    StimulusDriven,
     ABC,
     replaceable=("linear", "coefficients"),
     final=("mass_source", "mass_source_slope", "resting_rate"),
@@ -58,14 +57,6 @@ class GrowthLaw(
         require_number(self.dead_zone, "the dead zone's half-width", "a number of at least 0", lambda w: w >= 0)
         super().__post_init__()
 
-    @abstractmethod
-    def power(self, material: Elasticity) -> Any:
-        """The exponent k of the relative density in the stimulus: a number, or as n an array or UFL."""
-
-    @abstractmethod
-    def drive(self, elastic_energy: Any, material: Elasticity) -> Any:
-        """The stimulus D at the reference density, of the elastic energy Ψ₀ⁿᵉᵒ (energy per reference volume)."""
-
     @property
     def is_linear(self) -> bool:
         """Whether the drive is proportional to the elastic energy, and there is no dead zone."""
@@ -92,11 +83,6 @@ class GrowthLaw(
     def rests_uniformly(self, material: Elasticity) -> bool:
         """Whether rate and attractor are numbers."""
         return is_uniform(self.rate) and is_uniform(self.attractor)
-
-    def stimulus(self, density: Any, elastic_energy: Any, material: Elasticity) -> Any:
-        """S = [ρ/ρ*]^k D(Ψ₀ⁿᵉᵒ)."""
-        relative = density / material.reference_density
-        return relative ** exact_exponent(self.power(material)) * self.drive(elastic_energy, material)
 
     def mass_source(self, density: Any, elastic_energy: Any, material: Elasticity) -> Any:
         """R₀ (6), density per time."""
@@ -213,12 +199,3 @@ class StressDrivenGrowth(_TemperedGrowth, replaceable=()):
     def drive(self, elastic_energy: Any, material: Elasticity) -> Any:
         """√(2 E Ψ₀ⁿᵉᵒ), rounded at rest."""
         return material.stiffness * equivalent_strain(elastic_energy, material)
-
-
-def equivalent_strain(elastic_energy: Any, material: Elasticity) -> Any:
-    """√(2 Ψ₀ⁿᵉᵒ/E), the strain of a bar of the same elastic energy, rounded at rest; no unit.
-
-    With s its square, s/√(s + r²): at a strain of 1e-6, far below those of bone, it is smaller by 5e-9 of it.
-    """
-    square = 2 * elastic_energy / material.stiffness
-    return square / sqrt(square + REST**2)

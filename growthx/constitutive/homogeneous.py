@@ -53,6 +53,11 @@ def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: flo
     from scipy.optimize import brentq  # costly to import, and asked for by few
 
     require(traction, "the traction", "a positive number", lambda t: t > 0)
+    if growth.remembers:
+        raise InputError(
+            f"{type(growth).__name__} has a memory, and its equilibrium depends on the way there: memory=None would be "
+            "right"
+        )
     n = material.density_exponent
     require_number(n, "the density exponent n of a homogeneous state", "a number of at least 0", lambda n: n >= 0)
     density = _density_by_power(material, growth) if isinstance(growth, GrowthLaw) else _density(material, growth)

@@ -82,6 +82,15 @@ class MassSource(Sealed, ABC, replaceable=("mass_source_slope", "resting_rate", 
             self.mass_source_slope(density, elastic_energy, material),
         )
 
+    def restoring_slope(self, density: Any, elastic_energy: Any, material: Elasticity) -> Any:
+        """The slope by which it is judged whether more density means a lower source: ∂_ρ R₀, per time."""
+        return self.mass_source_slope(density, elastic_energy, material)
+
+    @property
+    def mean_exponent(self) -> float:
+        """The p of the mean [Σ wᵢ Ψᵢ^p]^(1/p) of the energies of several load cases that drives the source."""
+        return 1.0
+
     def resting_rate(self, material: Elasticity) -> Any:
         """|R₀| at the reference density without energy, density per time: what rates of density are measured against.
 
@@ -117,6 +126,11 @@ class MassSource(Sealed, ABC, replaceable=("mass_source_slope", "resting_rate", 
     def without_growth(self) -> MassSource:
         """A law under which no density changes, for those who change it by other means."""
         return NoGrowth()
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the source depends on the past, which a state alone does not tell."""
+        return False
 
     @property
     def is_still(self) -> bool:

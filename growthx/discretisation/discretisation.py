@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from growthx.common.errors import InputError
+from growthx.constitutive.laws.remodelling import Remodelling
 from growthx.discretisation import words
 from growthx.discretisation.densities.condensed import EliminatedDensities
 from growthx.discretisation.densities.monolithic import NodalDensities
+from growthx.discretisation.densities.past import Past, with_past
 from growthx.discretisation.forms.momentum import Momentum
 from growthx.discretisation.laws import laws
 from growthx.discretisation.measures import Expressions, Measures, Probes
@@ -42,10 +44,13 @@ class Discretisation:
         functions = start(spaces)
         material, growth = laws(spaces)
         self.state = State(spaces, functions)
+        growth = with_past(spaces, self.state, growth)
         momentum = Momentum(spaces, self.state, material)
         kind = EliminatedDensities if variant.density.local else NodalDensities
         densities = kind(spaces, self.state, momentum, material, growth)
         self.system = System(spaces, self.state, momentum, densities)
+        if isinstance(growth, Remodelling) and growth.remembers:
+            self.system.past = Past(spaces, self.state, momentum, material, growth)
         self.expressions = Expressions(spaces, self.state, momentum, material, growth)
         self.measures = Measures(spaces, self.state, self.expressions)
         self.probes = Probes(spaces, self.state, material)

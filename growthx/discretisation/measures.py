@@ -12,7 +12,7 @@ from mpi4py import MPI
 from growthx.common.arrays import is_uniform
 from growthx.common.errors import InputError
 from growthx.constitutive import kinematics, quantities
-from growthx.constitutive.growth import GrowthLaw
+from growthx.constitutive.stimulus import StimulusDriven
 from growthx.fem.assembly import assemble
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import as_places, cells_at
@@ -79,7 +79,7 @@ class Expressions:
         Raises InputError for a mass source that has none.
         """
         energy, growth, state = self.energy(), self.growth, self._state
-        if not isinstance(growth, GrowthLaw):
+        if not isinstance(growth, StimulusDriven):
             raise InputError(f"{type(growth).__name__} is stated without a stimulus: mass_source() would be right")
         stimulus = growth.stimulus(state.density, energy, self.material)
         if not self._spaces.rests:

@@ -39,6 +39,8 @@ class State:
         self.share = dolfinx.fem.Constant(domain, np.float64(0.0))
         self.motion = [] if spaces.scene.inertia is None else [dolfinx.fem.Function(V), dolfinx.fem.Function(V)]
         self.time, self.amplitude = 0.0, 0.0
+        self.past: dolfinx.fem.Function | None = None  # of a law with a memory: what it has become used to
+        self.first_past: Floats | None = None
         self._accepted_at = (float(self.time_step.value), self.amplitude, self.time)
 
     def begin(self, time_step: float, amplitude: float, time: float, base: Floats | None = None) -> None:
@@ -74,6 +76,17 @@ class State:
         """Make a density, as in `x.array`, that of the state, at the displacement it has."""
         self.density.x.array[:] = self.accepted_density[:] = density
 
+    def set_past(self, past: Floats) -> None:
+        """Make values of this rank's growing densities what a law has become used to (collective)."""
+        assert self.past is not None
+        self.past.x.array[self._spaces.growing_dofs] = past
+        self.past.x.scatter_forward()
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the last accepted step."""
+        return self.time - self._accepted_at[2]
+
     def densities_of_cells(self) -> Floats:
         """Densities of each owned cell, shape (owned cells, densities of a cell); at rest, its own at shared nodes."""
         spaces = self._spaces
@@ -86,6 +99,8 @@ class State:
     def memory(self) -> Memory:
         """The state, copied."""
         memory = Memory(densities={"density": self.accepted_density.copy()})
+        if self.past is not None:
+            memory.densities["past"] = self.past.x.array.copy()
         memory.numbers.update(amplitude=self.amplitude, time=self.time, time_step=float(self.time_step.value))
         for name, function in zip(("old_displacement", "old_velocity"), self.motion, strict=False):
             memory.displacements[name] = function.x.array.copy()
@@ -97,5 +112,7 @@ class State:
         self._set_program(numbers["time_step"], numbers["amplitude"], numbers["time"])
         self.accept(displacements, memory.densities["density"])
         self.old_density.x.array[:] = self.accepted_density
+        if self.past is not None:
+            self.past.x.array[:] = memory.densities["past"]
         for name, function in zip(("old_displacement", "old_velocity"), self.motion, strict=False):
             function.x.array[:] = memory.displacements[name]

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Marks
     from growthx.common.memory import Memory
     from growthx.discretisation.densities.lumped_nodes import LumpedNodes
+    from growthx.discretisation.densities.past import Past
     from growthx.discretisation.forms.momentum import Momentum
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.state import State
@@ -110,6 +111,7 @@ class System:
     The iterate, `unknown`, becomes the state only in `accept_step`.
     borne: internal minus external forces of the iterate whose balance was last looked at, at supports what these bear,
     shape (owned unknowns,); None before the first one.
+    past: of a law with a memory, what brings that up to date.
     """
 
     def __init__(self, spaces: Spaces, state: State, momentum: Momentum, densities: Densities) -> None:
@@ -122,6 +124,7 @@ class System:
         self.conditions = [*self.supports.conditions, *densities.conditions]
         self.loads = DeadLoads(spaces, self.unknowns)
         self.borne: Floats | None = None
+        self.past: Past | None = None
         self._accepted: Floats = self.unknown.x.array.copy()
 
     @property
@@ -241,7 +244,10 @@ class System:
     def accept_step(self) -> None:
         """Make the running iterate the state."""
         self._accepted[:] = self.unknown.x.array
+        elapsed = self.state.elapsed
         self.state.accept(self.unknowns.displacement_arrays(), self.densities.iterate())
+        if self.past is not None:
+            self.past.follow(elapsed)
 
     def reject_step(self) -> None:
         """Go back to the state at the start of the step."""

@@ -34,6 +34,7 @@ def trial(system: System, displacements: Sequence[Floats], density: Floats) -> I
     state = system.state
     constants = [state.time_step, state.share, *system.densities.constants]
     functions = [system.unknown, state.density, state.old_density, *state.motion]
+    functions += [] if state.past is None else [state.past]
     kept = [constant.value.copy() for constant in constants], [function.x.array.copy() for function in functions]
     try:
         for constant in constants[1:]:
@@ -44,6 +45,8 @@ def trial(system: System, displacements: Sequence[Floats], density: Floats) -> I
         state.old_density.x.array[:] = OLD * density
         for number, motion in enumerate(state.motion, start=2):
             motion.x.array[:] = displacements[0] / number
+        if state.past is not None:
+            state.past.x.array[:] = state.first_past
         yield
     finally:
         for constant, value in zip(constants, kept[0], strict=True):

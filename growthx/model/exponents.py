@@ -51,7 +51,7 @@ def _rises(scene: Scene) -> str:
         densities = material.reference_density * RELATIVE_DENSITIES[:, np.newaxis]
         energies = material.stiffness * ENERGIES
         with np.errstate(all="ignore"):
-            slopes = np.asarray(growth.mass_source_slope(densities, energies, material))
+            slopes = np.asarray(growth.restoring_slope(densities, energies, material))
         slopes = np.broadcast_to(slopes, (len(densities), len(energies)))
         row, column = np.unravel_index(np.argmax(slopes), slopes.shape)
         if not (slopes[row, column] <= 0 and slopes.min() < 0):

@@ -183,7 +183,7 @@ def _drive_in_ufl(growth: GrowthLaw, material: Elasticity, energy: float) -> flo
     if not math.isfinite(slope):
         raise InputError(
             f"{name} has no finite slope at an elastic energy of {energy:g}, where Newton's method needs one: a drive "
-            "that is rounded there, as growthx.constitutive.growth.equivalent_strain is, would be right"
+            "that is rounded there, as growthx.constitutive.stimulus.equivalent_strain is, would be right"
         )
     return value
 

@@ -85,6 +85,10 @@ def _negative_pivots(problem: Discretisation) -> int:
     points = variant.integration_points(scene.mesh.cell_name)
     cells, density = len(scene.mesh.owned_cells), twin.density.x.array.copy()
     density[twin.density_space.dofmap.list[:cells]] = problem.density_at(points)
+    if problem.state.past is not None and twin.state.past is not None:
+        past = twin.state.past.x.array.copy()
+        past[twin.density_space.dofmap.list[:cells]] = problem.evaluate(problem.state.past, points)
+        twin.state.past.x.array[:] = past
     at = dolfinx.fem.Function(twin.displacement_space)
     displacements = []
     for u in problem.displacements:

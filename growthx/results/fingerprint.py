@@ -64,7 +64,9 @@ def signature(form: ufl.Form) -> str:
 
 def _values_of_laws(problem: Discretisation) -> dict[str, Any]:
     """Of growth and material with numbers, the means of what varies in space: for numbers and arrays."""
-    growth = _with_means(problem, problem.scene.growth, problem.growth)
+    # A law with a memory is told apart by its start.
+    in_ufl = problem.growth if problem.state.past is None else law_as_ufl(problem.scene.growth, problem.scene.mesh)
+    growth = _with_means(problem, problem.scene.growth, in_ufl)
     material = _with_means(problem, problem.scene.material, problem.material)
     energies = ENERGIES * material.stiffness
     densities = material.reference_density * np.array(RELATIVE_DENSITIES)

@@ -1,4 +1,4 @@
-"""The benchmark scenes: the paper's bar and femur, a plate and a block that scale, femora in space and with a stem."""
+"""The benchmark scenes: the paper's bar and femur, plates and a block, femora in space and with a stem."""
 
 from typing import NoReturn
 
@@ -8,6 +8,7 @@ from growthx.scenes.femur import Femur, femur
 from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import block, plate
 from growthx.scenes.stem import gruen, stem, stem_mesh
+from growthx.scenes.weinans import weinans_plate
 
 __all__ = [
     "CONTINUOUS",
@@ -22,6 +23,7 @@ __all__ = [
     "plate",
     "stem",
     "stem_mesh",
+    "weinans_plate",
 ]
 
 

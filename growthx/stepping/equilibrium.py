@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from growthx.common.checks import require_number
-from growthx.common.errors import EndedEarly
+from growthx.common.errors import EndedEarly, InputError
 from growthx.discretisation.checks.arguments import check_scene
 from growthx.discretisation.discretise import discretise
 from growthx.solvers.newton import Newton
@@ -36,6 +36,11 @@ def homeostasis(scene: Scene, variant: Variant, *, load_steps: int = 10, toleran
     check_scene(scene, variant)
     check_tolerance(tolerance)
     require_number(load_steps, "the number of load steps", "a whole number from 1", lambda k: k >= 1 and k == int(k))
+    if scene.growth.remembers:
+        raise InputError(
+            f"{type(scene.growth).__name__} of the scene '{scene.name}' has a memory, and its equilibrium depends on "
+            "the way there: memory=None, or gx.march, would be right"
+        )
     problem = discretise(scene, variant)
     with Newton(problem.system, NewtonSettings(tolerance)) as newton:
         for k in range(1, int(load_steps) + 1):

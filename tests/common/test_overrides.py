@@ -29,6 +29,13 @@ def logarithm(x):
     return ufl.ln(x) if isinstance(x, ufl.core.expr.Expr) else np.log(x)
 
 
+REMODELLING = (
+    gx.Remodelling,
+    gx.EnergyRemodelling,
+    gx.SpecificEnergyRemodelling,
+    gx.StrainRemodelling,
+    gx.DailyStressRemodelling,
+)
 LAWS = (
     gx.GrowthLaw,
     gx.EnergyDrivenGrowth,
@@ -62,11 +69,12 @@ OTHERS = (
     baselines.NonLocal,
     baselines.Smoothed,
 )
-CLASSES = (*LAWS, *DEAD_LOADS, *OPEN_LOADS, *SPACES, *OTHERS)
+CLASSES = (*LAWS, *REMODELLING, *DEAD_LOADS, *OPEN_LOADS, *SPACES, *OTHERS)
 
 # What may be replaced; below, a test for each shows that it is obeyed.
 OBEYED = {
     **{law: {"power", "drive", "linear", "coefficients"} for law in LAWS},
+    **{law: {"power", "drive", "coefficients"} for law in REMODELLING},
     gx.MassSource: {"mass_source", "mass_source_slope", "resting_rate", "linear", "coefficients"},
     gx.StoredEnergy: {"energy", "energy_at", "stiffness", "coefficients"},
     gx.Material: {"elastic_energy", "lame", "coefficients"},
@@ -528,7 +536,7 @@ def test_methods_by_other_means():
     partly = law_of(staticmethod(partial(lambda factor, energy, material: factor * energy, 2.0)))
     assert partly(0.01).drive(1.0, None) == 2.0
     for wrong in (2.0, property(lambda self: 2.0)):
-        with pytest.raises(InputError, match=r"^power of the class Mine is .*: a method, as GrowthLaw has it"):
+        with pytest.raises(InputError, match=r"^power of the class Mine is .*: a method, as StimulusDriven has it"):
             law_of(Minimal.drive, wrong)
 
 

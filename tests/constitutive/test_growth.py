@@ -21,8 +21,9 @@ from scipy.optimize import root
 
 import growthx as gx
 from growthx.common.errors import InputError
-from growthx.constitutive.growth import REST, ROUNDING, equivalent_strain
+from growthx.constitutive.growth import ROUNDING
 from growthx.constitutive.kinematics import principal_changes
+from growthx.constitutive.stimulus import REST, equivalent_strain
 
 EXPONENTS = [(n, m) for n in (1, 2, 3.5) for m in (0, 1, 2, 3, 4.5)]
 YOUNG, POISSON, REFERENCE = 2.0, 0.3, 1.3

@@ -47,6 +47,7 @@ class EliminatedDensities:
         # ∂R₀/∂F ∝ P̄ makes it so, where both balances are taken at the same points, and for a mean of R₀ if the
         # factor is the same at all of them.
         linear = isinstance(variant.density, AtPoints) or scene.growth.is_linear
+        linear &= len(spaces.cases) == 1 or scene.growth.mean_exponent == 1.0
         self.symmetric = variant.one_rule and linear and not scene.open_loads and scene.inertia is None
         self.unknowns = unknowns = Unknowns(spaces, state, with_density=False)
         us, tests, rho = unknowns.displacements, unknowns.tests, state.density

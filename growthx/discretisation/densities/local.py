@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
@@ -71,7 +72,11 @@ class LocalDensities:
     def _at_the_energies(self) -> LocalSource:
         """The mass source of each density at the running displacement."""
         energy = assemble(self._energy)[self._energy_dofs] / self._energy_shares
-        return LocalSource(self._growth, self._material, energy, self._weights)
+        growth: Any = self._growth
+        past = self._state.past
+        if past is not None:
+            growth = replace(growth, set_point=past.x.array[self._spaces.growing])
+        return LocalSource(growth, self._material, energy, self._weights)
 
     def solve(self) -> bool:
         """Solve the balance of mass for each density; whether all were found on this rank."""

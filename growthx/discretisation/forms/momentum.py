@@ -10,6 +10,7 @@ import ufl
 
 from growthx.constitutive import quantities
 from growthx.constitutive.expressions import expression
+from growthx.constitutive.functions import sqrt
 from growthx.constitutive.kinematics import displacement_gradient
 from growthx.discretisation.forms import balances
 from growthx.fem.lumping import at_nodes, node_shares
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.state import State
     from growthx.model.loads import LoadCase
+
+
+REST = 1e-20  # of the stiffness: an energy that is none in a mean by powers
 
 
 class Momentum:
@@ -101,9 +105,18 @@ class Momentum:
         return float(self._spaces.evaluate(ufl.as_ufl(stiffness), points).max(initial=0.0))
 
     def mean_energy(self, us: list[Any]) -> Any:
-        """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, energy per reference volume."""
+        """Ψ₀ⁿᵉᵒ, the weighted mean over the load cases, energy per reference volume: [Σ wᵢ Ψᵢ^p]^(1/p), mostly p = 1.
+
+        Energies of nearly nothing, whose powers have no slope that is a number, are rounded.
+        """
         energies = [self._material.energy_at(displacement_gradient(u)) for u in us]
-        return total([_weighted(case, energy) for case, energy in zip(self._cases, energies, strict=True)])
+        power = self._scene.growth.mean_exponent
+        if len(us) == 1 or power == 1.0:
+            return total([_weighted(case, energy) for case, energy in zip(self._cases, energies, strict=True)])
+        rest = REST * self._material.stiffness
+        powers = [sqrt(energy**2 + rest**2) ** power for energy in energies]
+        mean = total([_weighted(case, value) for case, value in zip(self._cases, powers, strict=True)])
+        return mean ** (1 / power)
 
     def mean_of(
         self, us: list[Any], rho: Any, value: Callable[[Elasticity, Any, Any], Any], *, rests: bool = False

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from growthx.constitutive import quantities
-from growthx.constitutive.growth import GrowthLaw
+from growthx.constitutive.stimulus import StimulusDriven
 from growthx.post.fields import tensors
 from growthx.post.fields.row import DerivedField
 
@@ -24,7 +24,7 @@ def _relative_change(problem: Discretisation) -> Any:
 
 
 def _has_stimulus(problem: Discretisation) -> bool:
-    return isinstance(problem.growth, GrowthLaw)
+    return isinstance(problem.growth, StimulusDriven)
 
 
 def _is_nodal(problem: Discretisation) -> bool:
