@@ -16,6 +16,7 @@ from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.meshing.fields import interpolate, vector
+from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
 
@@ -98,7 +99,10 @@ class DeadLoads:
             for load in case.loads:
                 if isinstance(load, OpenLoad):
                     continue
-                forces = case.weight * _nodal_forces(load, spaces, test, partial(self.resultant, case=number))
+                if isinstance(load, NodalLoad):
+                    forces = case.weight * _concentrated(load, spaces, unknowns, number)
+                else:
+                    forces = case.weight * _nodal_forces(load, spaces, test, partial(self.resultant, case=number))
                 if load.history is None:
                     self.nodal_load += forces
                 else:
@@ -168,6 +172,22 @@ def _held_dofs(
     # By the corner of a cell: elements whose unknowns are moments (serendipity) have no positions.
     found = dolfinx.fem.locate_dofs_topological((part, alone), 0, mesh.corner(support.at))
     return found[0], found[1]
+
+
+def _concentrated(load: NodalLoad, spaces: Spaces, unknowns: Unknowns, case: int) -> Floats:
+    """Forces at places as each owned unknown has its share of them, by its shape function there."""
+    mesh, V = spaces.scene.mesh, spaces.displacement_space
+    found, forces = load.spots(mesh)
+    shares = dolfinx.la.vector(V.dofmap.index_map, mesh.dim)
+    if len(found.rows):  # basix aborts when it is given no points at all
+        basis = V.ufl_element().sub_elements[0].tabulate(0, found.X)[0]
+        of_cells = basis[:, :, np.newaxis] * forces[found.rows][:, np.newaxis, :]
+        np.add.at(shares.array.reshape(-1, mesh.dim), V.dofmap.list[found.cells], of_cells)
+    shares.scatter_reverse(dolfinx.la.InsertMode.add)
+    shares.scatter_forward()
+    whole = np.zeros_like(unknowns.function.x.array)
+    whole[unknowns.parts[case]] = shares.array
+    return whole[: unknowns.owned]
 
 
 def _nodal_forces(load: Load, spaces: Spaces, test: Any, resultant: Callable[[Floats], Floats]) -> Floats:

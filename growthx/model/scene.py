@@ -14,6 +14,7 @@ from growthx.constitutive.sources import MassSource
 from growthx.meshing.fields import vector
 from growthx.meshing.mesh import Mesh
 from growthx.model import words
+from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
 from growthx.model.open_loads import OpenLoad
@@ -43,7 +44,7 @@ class Scene(Sealed, replaceable=()):
     material: Elasticity
     growth: MassSource
     supports: tuple[Support | PointSupport, ...]
-    loads: tuple[Load | OpenLoad, ...]
+    loads: tuple[Load | NodalLoad | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
@@ -87,8 +88,11 @@ class Scene(Sealed, replaceable=()):
         if not (any(held) or springs or self.inertia):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
         for load in self.dead_loads:
-            load.measure(self.mesh, 1)
-            self._check_entries(load)
+            if isinstance(load, NodalLoad):
+                load.spots(self.mesh)
+            else:
+                load.measure(self.mesh, 1)
+                self._check_entries(load)
         if isinstance(self.growing, str):
             raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
         if self.growing is not None:
@@ -119,7 +123,7 @@ class Scene(Sealed, replaceable=()):
             require_kind(value, kind, f"{what} {of}", wanted)
         parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
             ("supports", (Support, PointSupport), "Support"),
-            ("loads", (Load, OpenLoad), "load"),
+            ("loads", (Load, NodalLoad, OpenLoad), "load"),
             ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
             ("influx", Influx, "Influx"),
             ("cases", LoadCase, "LoadCase"),
@@ -145,12 +149,12 @@ class Scene(Sealed, replaceable=()):
         return tuple(replace(case, weight=case.weight / total, loads=self.loads + case.loads) for case in cases)
 
     @property
-    def all_loads(self) -> tuple[Load | OpenLoad, ...]:
+    def all_loads(self) -> tuple[Load | NodalLoad | OpenLoad, ...]:
         """The loads that all cases share, and those of each."""
         return self.loads + tuple(load for case in self.cases for load in case.loads)
 
     @property
-    def dead_loads(self) -> tuple[Load, ...]:
+    def dead_loads(self) -> tuple[Load | NodalLoad, ...]:
         """The loads that do not depend on the state, of all cases."""
         return tuple(load for load in self.all_loads if not isinstance(load, OpenLoad))
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from growthx.common.errors import GrowthxError
 from growthx.meshing.sampling import volume_ratios
+from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.loads import BodyForce, Traction
 
 if TYPE_CHECKING:
@@ -146,6 +147,8 @@ def _resultant(load: Any, mesh: Mesh, degree: int) -> Floats | None:
 
     degree: of the rule that loads on boundaries are integrated by.
     """
+    if isinstance(load, NodalLoad):
+        return load.total(mesh)
     if load.resultant is not None:
         return np.array(load.resultant)
     # Exactly these: a class of the user's own may have another intensity.
