@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import dolfinx
 import numpy as np
 
-from growthx.common.checks import require_number
 from growthx.common.errors import InputError
 from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.meshing.fields import interpolate, vector
 from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.histories import share_at
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
 
@@ -25,9 +25,12 @@ if TYPE_CHECKING:
 
     from growthx.common.arrays import Floats, Indices
     from growthx.discretisation.spaces import Spaces
+    from growthx.discretisation.state import State
     from growthx.discretisation.unknowns import Unknowns
     from growthx.meshing.mesh import Mesh
+    from growthx.model.actions.histories import History
     from growthx.model.loads import Load
+    from growthx.model.program import Program
     from growthx.model.supports import Support
 
 
@@ -45,6 +48,7 @@ class Held:
     dofs: Indices  # ghosts included
     values: Floats
     condition: dolfinx.fem.DirichletBC
+    history: History | None
 
 
 class Supports:
@@ -63,10 +67,15 @@ class Supports:
         ]
         self.conditions = [held.condition for held in self.held]
 
-    def move(self, iterate: Floats, amplitude: float) -> None:
-        """Put an iterate, as `x.array`, to where the supports are at a share of their full displacements."""
+    def move(self, iterate: Floats, state: State) -> None:
+        """Put an iterate, as `x.array`, to where the supports are at the end of the running step."""
         for held in self.held:
-            iterate[held.dofs] = amplitude * held.values
+            iterate[held.dofs] = state.share_now(held.history) * held.values
+
+    def farthest(self) -> float:
+        """The largest prescribed displacement, at full load and at the peaks of the histories (length)."""
+        timetable = self._spaces.scene.timetable
+        return max((abs(held.value) * peak_of(held.history, timetable) for held in self.held), default=0.0)
 
     def reactions(self, borne: Floats) -> dict[str, Floats]:
         """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,).
@@ -108,20 +117,18 @@ class DeadLoads:
                 else:
                     self.timed_loads.append((load.history, forces))
 
-    def at(self, amplitude: float, time: float) -> Floats:
-        """Nodal forces at a share of the loads and a time, shape (owned unknowns,)."""
-        forces = amplitude * self.nodal_load
+    def at(self, state: State) -> Floats:
+        """Nodal forces at the end of the running step, or on the way to it, shape (owned unknowns,)."""
+        forces = state.amplitude * self.nodal_load
         for history, load in self.timed_loads:
-            forces += _at_time(history, time) * load
+            forces += state.share_now(history) * load
         return forces
 
     def peak(self) -> Floats:
         """Nodal forces at full load and at the peaks of the histories, which are looked for at a thousand times."""
-        times = self._spaces.scene.program.times()
-        times = times[:: math.ceil(len(times) / LOOKED_AT)]
-        load = self.nodal_load.copy()
+        load, timetable = self.nodal_load.copy(), self._spaces.scene.timetable
         for history, forces in self.timed_loads:
-            load += max(abs(_at_time(history, time)) for time in times) * forces
+            load += peak_of(history, timetable) * forces
         return load
 
     def resultant(self, forces: Floats, case: int = 0) -> Floats:
@@ -137,11 +144,12 @@ class DeadLoads:
         return np.asarray(self.nodal_load + sum(load for _, load in self.timed_loads))
 
 
-def _at_time(history: Callable[[float], float], time: float) -> float:
-    """The share of a load at a time; InputError if it is not a finite number."""
-    share = history(time)
-    require_number(share, f"the history of a load at t = {time:g}", "a finite number", lambda _: True)
-    return float(share)
+def peak_of(history: History | None, timetable: Program) -> float:
+    """The largest size of a history's shares, looked for at a thousand times of a program; of its ramp, one."""
+    if history is None:
+        return 1.0
+    times = timetable.times()
+    return max(abs(share_at(history, float(time))) for time in times[:: math.ceil(len(times) / LOOKED_AT)])
 
 
 def _hold(
@@ -158,7 +166,9 @@ def _hold(
             constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
             dofs, dofs_alone = _held_dofs(support, mesh, part, alone)
             condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
-            held.append(Held(support.place, case, i, value, dofs, constant.x.array[dofs_alone], condition))
+            held.append(
+                Held(support.place, case, i, value, dofs, constant.x.array[dofs_alone], condition, support.history)
+            )
     return held
 
 

@@ -15,6 +15,7 @@ from growthx.meshing.fields import vector
 from growthx.meshing.mesh import Mesh
 from growthx.model import words
 from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.histories import History, jumps_of
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
 from growthx.model.open_loads import OpenLoad
@@ -140,6 +141,18 @@ class Scene(Sealed, replaceable=()):
         except InputError as error:
             problem = f"the load {load.place} cannot be told: {error}"
         raise_on_all(self.mesh.comm, problem)
+
+    @property
+    def histories(self) -> tuple[History, ...]:
+        """What loads and supports follow instead of the program's ramp."""
+        parts = (*self.supports, *self.all_loads)
+        return tuple(part.history for part in parts if part.history is not None)
+
+    @property
+    def timetable(self) -> Program:
+        """The program, of which a step is to end, too, wherever a history jumps."""
+        jumps = jumps_of(self.histories, self.program.until)
+        return replace(self.program, requested=(*self.program.requested, *jumps)) if jumps else self.program
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:

@@ -50,7 +50,7 @@ class Witness:
         At the running iterate, to which the reactions belong.
         """
         problem, worst, self._share = self._problem, 0.0, 1.0
-        dead = problem.system.loads.resultants(problem.system.loads.at(problem.amplitude, problem.time))
+        dead = problem.system.loads.resultants(problem.system.loads.at(problem.state))
         for number, case in enumerate(problem.spaces.cases):
             # A name may be that of a boundary alone, where there is one case.
             borne = [force for name, force in reactions.items() if not case.name or name.startswith(f"{case.name}: ")]

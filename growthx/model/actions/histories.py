@@ -86,7 +86,7 @@ class Table(Sealed, replaceable=()):
     def __call__(self, time: float) -> float:
         """The share at a time; at a jump, that before it."""
         times, shares = self._columns()
-        at = int(np.searchsorted(times * (1 - np.sign(times) * SAME_TIME), time, side="left"))
+        at = int(np.searchsorted(times, time - SAME_TIME * abs(time), side="left"))
         if at == 0:
             return float(shares[0])
         if at == len(times):
