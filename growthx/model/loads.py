@@ -22,6 +22,7 @@ from growthx.common.overrides import Sealed
 from growthx.meshing.fields import scalar, vector
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.dead import DeadLoad
+from growthx.model.actions.faces import Moment
 from growthx.model.actions.histories import check_history
 from growthx.model.arrows import Arrow, middle
 from growthx.model.open_loads import OpenLoad
@@ -179,12 +180,12 @@ class LoadCase(Sealed, replaceable=()):
 
     name: str
     weight: float
-    loads: tuple[Load | NodalLoad | OpenLoad, ...]
+    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
 
     def __post_init__(self) -> None:
         require_name(self.name, "the name of a load case")
         require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)
         loads = require_each(
-            self.loads, (Load, NodalLoad, OpenLoad), f"the loads of the load case '{self.name}'", "load"
+            self.loads, (Load, NodalLoad, Moment, OpenLoad), f"the loads of the load case '{self.name}'", "load"
         )
         object.__setattr__(self, "loads", loads)

@@ -64,7 +64,7 @@ def _jumps(part: Any) -> bool:
     return isinstance(part, ufl.Coefficient) and part.ufl_element() not in ufl.H1
 
 
-class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold", "ramped", "history")):
+class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold", "ramped", "history", "holds")):
     """A force per reference area or volume that depends on the running state.
 
     on: name of the boundary it acts on, or None: everywhere in the body.
@@ -82,6 +82,11 @@ class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold", "ramped", "history
     def history(self) -> Callable[[float], float] | None:
         """Its share as a function of time, in place of the program's ramp."""
         return None
+
+    @property
+    def holds(self) -> tuple[int, ...] | str:
+        """Along what it resists motions, if it may: "all" directions, the "normal", or numbers of directions."""
+        return "all" if self.may_hold else ()
 
     @property
     def place(self) -> str:

@@ -15,6 +15,7 @@ from growthx.meshing.fields import vector
 from growthx.meshing.mesh import Mesh
 from growthx.model import words
 from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.faces import Moment, Rotation
 from growthx.model.actions.histories import History, jumps_of
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
@@ -44,8 +45,8 @@ class Scene(Sealed, replaceable=()):
     mesh: Mesh
     material: Elasticity
     growth: MassSource
-    supports: tuple[Support | PointSupport, ...]
-    loads: tuple[Load | NodalLoad | OpenLoad, ...]
+    supports: tuple[Support | PointSupport | Rotation, ...]
+    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
@@ -91,6 +92,8 @@ class Scene(Sealed, replaceable=()):
         for load in self.dead_loads:
             if isinstance(load, NodalLoad):
                 load.spots(self.mesh)
+            elif isinstance(load, Moment):
+                load.traction(self.mesh)
             else:
                 load.measure(self.mesh, 1)
                 self._check_entries(load)
@@ -123,8 +126,8 @@ class Scene(Sealed, replaceable=()):
         ):
             require_kind(value, kind, f"{what} {of}", wanted)
         parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
-            ("supports", (Support, PointSupport), "Support"),
-            ("loads", (Load, NodalLoad, OpenLoad), "load"),
+            ("supports", (Support, PointSupport, Rotation), "Support"),
+            ("loads", (Load, NodalLoad, Moment, OpenLoad), "load"),
             ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
             ("influx", Influx, "Influx"),
             ("cases", LoadCase, "LoadCase"),
@@ -162,12 +165,12 @@ class Scene(Sealed, replaceable=()):
         return tuple(replace(case, weight=case.weight / total, loads=self.loads + case.loads) for case in cases)
 
     @property
-    def all_loads(self) -> tuple[Load | NodalLoad | OpenLoad, ...]:
+    def all_loads(self) -> tuple[Load | NodalLoad | Moment | OpenLoad, ...]:
         """The loads that all cases share, and those of each."""
         return self.loads + tuple(load for case in self.cases for load in case.loads)
 
     @property
-    def dead_loads(self) -> tuple[Load | NodalLoad, ...]:
+    def dead_loads(self) -> tuple[Load | NodalLoad | Moment, ...]:
         """The loads that do not depend on the state, of all cases."""
         return tuple(load for load in self.all_loads if not isinstance(load, OpenLoad))
 

@@ -11,7 +11,7 @@ from growthx.common.words import place_in_words
 from growthx.model.actions.histories import History, check_history
 
 
-class _Held(Sealed, replaceable=()):
+class Held(Sealed, replaceable=()):
     """What supports share: a displacement, of which some directions may be free."""
 
     displacement: tuple[float | None, ...] | None
@@ -43,7 +43,7 @@ class _Held(Sealed, replaceable=()):
 
 
 @dataclass(frozen=True)
-class Support(_Held, replaceable=()):
+class Support(Held, replaceable=()):
     """Prescribed displacement of a named boundary.
 
     displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
@@ -66,7 +66,7 @@ class Support(_Held, replaceable=()):
 
 
 @dataclass(frozen=True)
-class PointSupport(_Held, replaceable=()):
+class PointSupport(Held, replaceable=()):
     """Prescribed displacement of the node at a place.
 
     at: the place at rest, one entry (length) per direction.  displacement, history: as in `Support`.

@@ -16,7 +16,7 @@ from growthx.fem import compat
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, law_as_ufl
 from growthx.model.actions.histories import Table, share_at
-from growthx.model.supports import PointSupport, Support
+from growthx.model.supports import Held
 from growthx.results.fingerprint import WRITER, WRITTEN, fingerprint
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     elif is_dataclass(value) and not isinstance(value, type):
         yield name, type(value).__name__
         for part in fields(value):
-            if part.name not in FREE and not (part.name == "history" and isinstance(value, (Support, PointSupport))):
+            if part.name not in FREE and not (part.name == "history" and isinstance(value, Held)):
                 yield from _leaves(f"{name}.{part.name}", getattr(value, part.name))
     elif isinstance(value, (tuple, list)):
         yield f"{name} (count)", len(value)

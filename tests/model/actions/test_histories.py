@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import ufl
 from blocks import COMM, ROLLERS, block, densities, displacements, run, square
 
 import growthx as gx
@@ -124,6 +125,35 @@ def test_a_pressure_follows_a_history(variant):
     assert displacements(first) == pytest.approx(displacements(second), rel=1e-8, abs=1e-12)
     none = replace(plain, loads=(gx.Pressure("right", -0.05, history=lambda t: 0.0),))
     assert np.abs(displacements(run(none, variant)[1])[:, 2:]).max() == 0.0
+
+
+def test_open_loads_of_ones_own_say_when_they_act_and_what_they_hold():
+    """Their history, whether they are ramped, and along what they resist are taken from the class."""
+    law = lambda u, rho, x: ufl.as_vector([0.05, 0.0])  # noqa: E731
+    timed = type("Timed", (gx.OpenTraction,), {"history": property(lambda self: lambda t: 2 * t)})("right", law)
+    at_once = type("AtOnce", (gx.OpenTraction,), {"ramped": False})("right", law)
+    for load, share in ((timed, lambda step: 2 * step.time), (at_once, lambda step: 1.0)):
+        for step in run(block(square(2), loads=(load,)), gx.Q1)[0]:
+            assert step.reactions["left"] == pytest.approx([-0.05 * share(step), 0.0], abs=1e-9)
+    sliding = type("Sliding", (gx.OpenTraction,), {"holds": (1,)})("right", lambda u, rho, x: -u)
+    with pytest.raises(InputError, match="is free to move along x"):
+        gx.discretise(block(square(2), supports=(), loads=(sliding,)), gx.Q1)
+
+
+def test_places_of_ones_own_are_loaded():
+    """A class that says places and forces is a load with all that belongs to one."""
+
+    class Comb(gx.NodalLoad):
+        place = "at the comb"
+
+        def points(self, mesh):
+            return np.array([[1.05, 0.2], [1.05, 0.7]]), np.array([[0.02, 0.0], [0.03, 0.01]])
+
+    near = type("Near", (Comb,), {"within": 0.1})
+    for step in run(block(square(2), loads=(near(),)), gx.Q1)[0]:
+        assert step.reactions["left"] == pytest.approx(-step.load * np.array([0.05, 0.01]), abs=1e-9)
+    with pytest.raises(InputError, match=r"the load at the comb, at \(1.05, 0.2\), is 0.05 away from the body"):
+        block(square(2), loads=(Comb(),))
 
 
 def test_a_run_with_tables_is_resumed_with_them(shared_folder):
