@@ -34,7 +34,7 @@ def scalar_solution(scene, force):
             psi = lam / 2 * np.log(J) ** 2 + mu / 2 * (s * s + 2 * q * q - 3 - 2 * np.log(J))
             return r - old - dt * c * (r ** (n - 1) * psi - attractor)
 
-        rho = brentq(excess, 0.2, 5.0, xtol=1e-14)
+        rho = brentq(excess, 0.7 * rho, 1.5 * rho, xtol=1e-14)
         found.append((rho, *stretches(rho**n, traction)))
     return np.array(found)
 
