@@ -13,12 +13,12 @@ def main() -> None:
     for script in SCRIPTS:
         exec(script, found)
     shown = {
-        "PointForce": "point",
-        "LineForce": "muscle",
-        "Moment": "bent",
-        "Rotation": "turned",
-        "Foundation": "bed",
-        "Table": "walked",
+        "a force at a corner": "point",
+        "a muscle along the upper side": "muscle",
+        "a moment on the right": "bent",
+        "the right end turned": "turned",
+        "pressed on a foundation": "bed",
+        "loads that follow histories": "walked",
     }
     problems = {title: found[name].problem for title, name in shown.items()}
     found["gx"].plots.densities(problems, HERE / "loads.png", columns=3)
