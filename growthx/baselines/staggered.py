@@ -127,7 +127,7 @@ def _updates(
     low, high = max(floor, scene.growth.limits[0]), scene.growth.limits[1]
     time, mass = 0.0, problem.mass()
     with Newton(problem.system, NewtonSettings(tolerance)) as newton:
-        for end in map(float, program.times()):
+        for end in map(float, scene.timetable.times()):
             time_step = end - time
             problem.system.begin_step(time_step, program.amplitude(end), end)
             report, reactions = _equilibrium(problem, newton, time, program.until)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,9 @@ def _arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=NUMBER", help="a parameter of the file")
     parser.add_argument("--keep", metavar="WHICH", help="largest: leave out all but the largest island")
     parser.add_argument("--merge", action="store_true", help="make one node of those in one place")
+    parser.add_argument(
+        "--near", nargs="+", type=float, metavar="X", help="tell the node nearest to a place, as for a point force"
+    )
     add_trust(parser)
     parser.add_argument("--picture", metavar="PNG", help="draw regions and boundaries")
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
@@ -48,12 +51,13 @@ def _look(options: argparse.Namespace) -> int:
 
     from growthx.common.checks import check_picture
     from growthx.meshing.files import check_options
-    from growthx.meshing.inspection import inspect
+    from growthx.meshing.inspection import inspect, nearest_in_words
 
     if options.picture is not None:
         check_picture(options.picture, (".png",), MPI.COMM_SELF)
     check_options(1, options.keep, options.merge, options.trust)
     parameters = dict(_parameter(text) for text in options.set)
+    near = None if options.near is None else tuple(options.near)
     seen, parts = inspect(Path(options.file), parameters, options.keep, options.merge, options.trust)
     drawn = options.picture is not None and parts is not None
     if drawn:
@@ -61,6 +65,8 @@ def _look(options: argparse.Namespace) -> int:
 
         assert parts is not None
         mesh_picture(parts, Path(options.picture))
+    if near is not None and parts is not None:
+        seen = replace(seen, nearest=nearest_in_words(parts, near))
     if options.json:
         print(json.dumps(asdict(seen), ensure_ascii=False))
     else:
@@ -99,6 +105,8 @@ def _show(seen: Inspection, options: argparse.Namespace) -> None:
     size = ("cells", "area") if len(seen.low) == 2 else ("cells", "volume")
     report.rows("regions", _named(seen.regions), ("name", *size))
     report.rows("boundaries", _named(seen.boundaries), ("name", "facets", "length" if len(seen.low) == 2 else "area"))
+    sets = [(one.name, f"{one.count}") for one in seen.node_sets]
+    report.rows("sets of nodes, for gx.NodalForces", sets, ("name", "nodes"))
     values = [(one.name, f"{one.low:.6g}", f"{one.high:.6g}", f"{one.without}") for one in seen.values]
     report.rows("values of cells", values, ("name", "from", "to", "cells without"))
     if seen.quality:
@@ -111,6 +119,8 @@ def _show(seen: Inspection, options: argparse.Namespace) -> None:
         print(f"senses: {seen.turned} of {seen.cells} cells numbered the other way round than the rest, as they may be")
     if seen.islands:
         print(f"islands: {seen.islands}")
+    if seen.nearest:
+        print(f"nearest: {seen.nearest}")
     for notice in seen.notices:
         print(f"notice: {notice}")
     if seen.refused:

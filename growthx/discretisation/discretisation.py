@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from growthx.common.checks import require_vector
 from growthx.common.errors import InputError
 from growthx.constitutive.laws.remodelling import Remodelling
 from growthx.discretisation import words
@@ -195,13 +198,23 @@ class Discretisation:
 
         Raises InputError before the first one.
         """
+        return self.system.supports.reactions(self._borne())
+
+    def reaction_moments(self, about: tuple[float, ...]) -> dict[str, Floats]:
+        """Moment on the deformed body at each support about a place (dim,), in its last state: `Supports.moments`."""
+        place = np.array(require_vector(about, "the place of reaction moments"))
+        if len(place) != self.scene.mesh.dim:
+            raise InputError(f"the place of reaction moments has {len(place)} entries: it needs {self.scene.mesh.dim}")
+        return self.system.supports.moments(self._borne(), place, self.displacements)
+
+    def _borne(self) -> Floats:
         borne = self.system.borne
         if borne is None:
             raise InputError(
                 f"the reactions of the scene '{self.scene.name}' are asked for before its first step, where nothing is "
                 "borne yet: to march first would be right"
             )
-        return self.system.supports.reactions(borne)
+        return borne
 
     def mean_energy(self) -> Any:
         """See `Expressions.energy`."""

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
+from mpi4py import MPI
 
-from growthx.common.checks import require_number
 from growthx.common.errors import InputError
 from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.meshing.fields import interpolate, vector
+from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.faces import Moment, Rotation, cross_matrix
+from growthx.model.actions.histories import share_at
+from growthx.model.loads import Traction
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
 
@@ -24,9 +28,12 @@ if TYPE_CHECKING:
 
     from growthx.common.arrays import Floats, Indices
     from growthx.discretisation.spaces import Spaces
+    from growthx.discretisation.state import State
     from growthx.discretisation.unknowns import Unknowns
     from growthx.meshing.mesh import Mesh
+    from growthx.model.actions.histories import History
     from growthx.model.loads import Load
+    from growthx.model.program import Program
     from growthx.model.supports import Support
 
 
@@ -35,15 +42,29 @@ LOOKED_AT = 1000  # times at which the peak of a load's history is looked for
 
 @dataclass(frozen=True)
 class Held:
-    """One direction of a support: moved by `value` (length) at full load, where the unknowns `dofs` are `values`."""
+    """One direction of a support, moved by `value` (length) at full load, as far as any of its unknowns.
+
+    terms: factors of the share of the load, and what they multiply of each of the unknowns `dofs`.
+    """
 
     boundary: str  # or, of a point, its place
     case: int
     direction: int
     value: float
     dofs: Indices  # ghosts included
-    values: Floats
+    terms: tuple[tuple[Callable[[float], float], Floats], ...]
     condition: dolfinx.fem.DirichletBC
+    history: History | None
+
+    def at(self, share: float) -> Floats:
+        """The unknowns at a share of the load, shape (dofs,)."""
+        (factor, first), *others = self.terms
+        return np.asarray(sum((other(share) * values for other, values in others), factor(share) * first))
+
+    @property
+    def values(self) -> Floats:
+        """The unknowns at full load, shape (dofs,)."""
+        return self.at(1.0)
 
 
 class Supports:
@@ -53,7 +74,7 @@ class Supports:
     """
 
     def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
-        self._spaces, self._translations = spaces, unknowns.translations
+        self._spaces, self._unknowns, self._translations = spaces, unknowns, unknowns.translations
         scene = spaces.scene
         self.held = [
             held
@@ -62,10 +83,15 @@ class Supports:
         ]
         self.conditions = [held.condition for held in self.held]
 
-    def move(self, iterate: Floats, amplitude: float) -> None:
-        """Put an iterate, as `x.array`, to where the supports are at a share of their full displacements."""
+    def move(self, iterate: Floats, state: State) -> None:
+        """Put an iterate, as `x.array`, to where the supports are at the end of the running step."""
         for held in self.held:
-            iterate[held.dofs] = amplitude * held.values
+            iterate[held.dofs] = held.at(state.share_now(held.history))
+
+    def farthest(self) -> float:
+        """The largest prescribed displacement, at full load and at the peaks of the histories (length)."""
+        timetable = self._spaces.scene.timetable
+        return max((abs(held.value) * peak_of(held.history, timetable) for held in self.held), default=0.0)
 
     def reactions(self, borne: Floats) -> dict[str, Floats]:
         """Force on the body (per thickness in two dimensions) at each support, by boundary name, shape (dim,).
@@ -74,7 +100,7 @@ class Supports:
         boundary's.
         """
         forces, cases, dim = borne.copy(), self._spaces.cases, self._spaces.scene.mesh.dim
-        names = [f"{cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
+        names = self._names()
         found: dict[str, Floats] = {name: np.zeros(dim) for name in names}
         for name, held in zip(names, self.held, strict=True):
             dofs, moved = owned(held.condition), self._translations[held.case][held.direction]
@@ -82,6 +108,37 @@ class Supports:
             found[name][held.direction] += force
             forces[dofs] = 0.0  # what two supports share is borne by the first
         return found
+
+    def moments(self, borne: Floats, about: Floats, displacements: list[dolfinx.fem.Function]) -> dict[str, Floats]:
+        """Moment on the body at each support about a place, by name as `reactions`; shape (1,) in the plane, or (3,).
+
+        With the arms as they are deformed by the displacements of the load cases (force times length; per thickness).
+        """
+        dim, names = self._spaces.scene.mesh.dim, self._names()
+        axes = [np.ones(1)] if dim == 2 else list(np.eye(3))
+        found: dict[str, Floats] = {name: np.zeros(len(axes)) for name in names}
+        for number, axis in enumerate(axes):
+            K, forces = cross_matrix(axis, dim), borne.copy()
+            turns = [self._turn(K, about, u, case) for case, u in enumerate(displacements)]
+            for name, held in zip(names, self.held, strict=True):
+                dofs = owned(held.condition)
+                of_rank = float(turns[held.case][dofs] @ forces[dofs])
+                found[name][number] += self._spaces.comm.allreduce(of_rank) / self._spaces.cases[held.case].weight
+                forces[dofs] = 0.0
+        return found
+
+    def _turn(self, K: Floats, about: Floats, u: dolfinx.fem.Function, case: int) -> Floats:
+        """The unknowns that turn the deformed body about a place, δu = K (X + u − c), shape (owned unknowns,)."""
+        dim = len(K)
+        moved = dolfinx.fem.Function(u.function_space)
+        moved.interpolate(lambda x: K @ (x[:dim] - about[:, np.newaxis]))
+        whole = np.zeros_like(self._unknowns.function.x.array)
+        whole[self._unknowns.parts[case]] = moved.x.array + (u.x.array.reshape(-1, dim) @ K.T).ravel()
+        return whole[: self._unknowns.owned]
+
+    def _names(self) -> list[str]:
+        cases = self._spaces.cases
+        return [f"{cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
 
 
 class DeadLoads:
@@ -98,26 +155,29 @@ class DeadLoads:
             for load in case.loads:
                 if isinstance(load, OpenLoad):
                     continue
-                forces = case.weight * _nodal_forces(load, spaces, test, partial(self.resultant, case=number))
+                if isinstance(load, Moment):
+                    load = Traction(load.on, load.traction(spaces.scene.mesh), load.history)
+                if isinstance(load, NodalLoad):
+                    forces = case.weight * _concentrated(load, spaces, unknowns, number)
+                else:
+                    forces = case.weight * _nodal_forces(load, spaces, test, partial(self.resultant, case=number))
                 if load.history is None:
                     self.nodal_load += forces
                 else:
                     self.timed_loads.append((load.history, forces))
 
-    def at(self, amplitude: float, time: float) -> Floats:
-        """Nodal forces at a share of the loads and a time, shape (owned unknowns,)."""
-        forces = amplitude * self.nodal_load
+    def at(self, state: State) -> Floats:
+        """Nodal forces at the end of the running step, or on the way to it, shape (owned unknowns,)."""
+        forces = state.amplitude * self.nodal_load
         for history, load in self.timed_loads:
-            forces += _at_time(history, time) * load
+            forces += state.share_now(history) * load
         return forces
 
     def peak(self) -> Floats:
         """Nodal forces at full load and at the peaks of the histories, which are looked for at a thousand times."""
-        times = self._spaces.scene.program.times()
-        times = times[:: math.ceil(len(times) / LOOKED_AT)]
-        load = self.nodal_load.copy()
+        load, timetable = self.nodal_load.copy(), self._spaces.scene.timetable
         for history, forces in self.timed_loads:
-            load += max(abs(_at_time(history, time)) for time in times) * forces
+            load += peak_of(history, timetable) * forces
         return load
 
     def resultant(self, forces: Floats, case: int = 0) -> Floats:
@@ -133,33 +193,59 @@ class DeadLoads:
         return np.asarray(self.nodal_load + sum(load for _, load in self.timed_loads))
 
 
-def _at_time(history: Callable[[float], float], time: float) -> float:
-    """The share of a load at a time; InputError if it is not a finite number."""
-    share = history(time)
-    require_number(share, f"the history of a load at t = {time:g}", "a finite number", lambda _: True)
-    return float(share)
+def peak_of(history: History | None, timetable: Program) -> float:
+    """The largest size of a history's shares, looked for at a thousand times of a program; of its ramp, one."""
+    if history is None:
+        return 1.0
+    times = timetable.times()
+    return max(abs(share_at(history, float(time))) for time in times[:: math.ceil(len(times) / LOOKED_AT)])
 
 
 def _hold(
-    supports: Iterable[Support | PointSupport], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
+    supports: Iterable[Support | PointSupport | Rotation], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
 ) -> list[Held]:
     """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
     held = []
     alone = dolfinx.fem.functionspace(mesh.domain, space.ufl_element().sub_elements[0])
     for support in supports:
+        turned = support.fields(mesh) if isinstance(support, Rotation) else []
         for i, value in support.components(mesh.dim):
             part = space.sub(i)
-            # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
-            constant = dolfinx.fem.Function(alone)
-            constant.interpolate(lambda x, value=value: np.full(x.shape[1], value))
             dofs, dofs_alone = _held_dofs(support, mesh, part, alone)
-            condition = dolfinx.fem.dirichletbc(constant, [dofs, dofs_alone], part)  # type: ignore[arg-type]
-            held.append(Held(support.place, case, i, value, dofs, constant.x.array[dofs_alone], condition))
+            fields = [(factor, partial(_entry, field, i)) for factor, field in turned]
+            fields = fields or [(_as_it_is, partial(_everywhere, value))]
+            terms = []
+            for factor, field in fields:
+                # Interpolated, since some unknowns are moments (serendipity), not values at nodes.
+                moved = dolfinx.fem.Function(alone)
+                moved.interpolate(field)
+                terms.append((factor, moved.x.array[dofs_alone]))
+            condition = dolfinx.fem.dirichletbc(moved, [dofs, dofs_alone], part)  # type: ignore[arg-type]
+            found = Held(support.place, case, i, value, dofs, tuple(terms), condition, support.history)
+            if turned:
+                most = float(np.abs(found.values).max(initial=0.0))
+                found = replace(found, value=mesh.comm.allreduce(most, MPI.MAX))
+            held.append(found)
     return held
 
 
+def _as_it_is(share: float) -> float:
+    return share
+
+
+def _everywhere(value: float, x: Floats) -> Floats:
+    return np.full(x.shape[1], value)
+
+
+def _entry(field: Callable[[Floats], Floats], direction: int, x: Floats) -> Floats:
+    return np.asarray(field(x)[direction])
+
+
 def _held_dofs(
-    support: Support | PointSupport, mesh: Mesh, part: dolfinx.fem.FunctionSpace, alone: dolfinx.fem.FunctionSpace
+    support: Support | PointSupport | Rotation,
+    mesh: Mesh,
+    part: dolfinx.fem.FunctionSpace,
+    alone: dolfinx.fem.FunctionSpace,
 ) -> tuple[Indices, Indices]:
     """The unknowns of one direction that a support holds, in the whole space and in that direction's own."""
     if not isinstance(support, PointSupport):
@@ -168,6 +254,22 @@ def _held_dofs(
     # By the corner of a cell: elements whose unknowns are moments (serendipity) have no positions.
     found = dolfinx.fem.locate_dofs_topological((part, alone), 0, mesh.corner(support.at))
     return found[0], found[1]
+
+
+def _concentrated(load: NodalLoad, spaces: Spaces, unknowns: Unknowns, case: int) -> Floats:
+    """Forces at places as each owned unknown has its share of them, by its shape function there."""
+    mesh, V = spaces.scene.mesh, spaces.displacement_space
+    found, forces = load.spots(mesh)
+    shares = dolfinx.la.vector(V.dofmap.index_map, mesh.dim)
+    if len(found.rows):  # basix aborts when it is given no points at all
+        basis = V.ufl_element().sub_elements[0].tabulate(0, found.X)[0]
+        of_cells = basis[:, :, np.newaxis] * forces[found.rows][:, np.newaxis, :]
+        np.add.at(shares.array.reshape(-1, mesh.dim), V.dofmap.list[found.cells], of_cells)
+    shares.scatter_reverse(dolfinx.la.InsertMode.add)
+    shares.scatter_forward()
+    whole = np.zeros_like(unknowns.function.x.array)
+    whole[unknowns.parts[case]] = shares.array
+    return whole[: unknowns.owned]
 
 
 def _nodal_forces(load: Load, spaces: Spaces, test: Any, resultant: Callable[[Floats], Floats]) -> Floats:

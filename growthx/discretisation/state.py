@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
 
 from growthx.common.memory import Memory
+from growthx.model.actions.histories import History, share_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,6 +17,23 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.spaces import Spaces
     from growthx.discretisation.start import Start
+    from growthx.model.open_loads import OpenLoad
+
+
+@dataclass(frozen=True)
+class Way:
+    """How far the loads of a step have gone from where it began: shares of histories are between both ends."""
+
+    start: float  # time
+    part: float  # from 0 to 1
+
+    def share(self, history: History, end: float) -> float:
+        """Of a history, on the way to the end of the step."""
+        share = share_at(history, end)
+        return share if self.part == 1.0 else self.part * share + (1.0 - self.part) * share_at(history, self.start)
+
+
+WHOLE = Way(0.0, 1.0)
 
 
 class State:
@@ -25,6 +44,7 @@ class State:
     `density.x.array`.  old_density: what a step of implicit Euler begins with.
     time_step, share: of the running step, its length and the share of the loads that grow with the program, constants
     of the forms; amplitude and time as numbers.
+    way: how much of its loads the running step has so far.  timed_shares: of open loads with a history of their own.
     motion: with inertia, displacement and velocity at the start of the step.
     """
 
@@ -41,16 +61,36 @@ class State:
         self.time, self.amplitude = 0.0, 0.0
         self.past: dolfinx.fem.Function | None = None  # of a law with a memory: what it has become used to
         self.first_past: Floats | None = None
+        self.way = WHOLE
+        self.timed_shares: list[tuple[OpenLoad, dolfinx.fem.Constant]] = [
+            (load, dolfinx.fem.Constant(domain, np.float64(0.0)))
+            for load in spaces.scene.open_loads
+            if load.history is not None
+        ]
         self._accepted_at = (float(self.time_step.value), self.amplitude, self.time)
 
-    def begin(self, time_step: float, amplitude: float, time: float, base: Floats | None = None) -> None:
+    def begin(
+        self, time_step: float, amplitude: float, time: float, base: Floats | None = None, way: Way = WHOLE
+    ) -> None:
         """Set the length, load and end of a step; base: densities it begins with, by default the accepted ones."""
-        self._set_program(time_step, amplitude, time)
+        self._set_program(time_step, amplitude, time, way)
         self.old_density.x.array[:] = self.accepted_density if base is None else base
 
-    def _set_program(self, time_step: float, amplitude: float, time: float) -> None:
-        self.time_step.value, self.amplitude, self.time = time_step, amplitude, time
+    def _set_program(self, time_step: float, amplitude: float, time: float, way: Way = WHOLE) -> None:
+        self.time_step.value, self.amplitude, self.time, self.way = time_step, amplitude, time, way
         self.share.value = amplitude
+        for load, share in self.timed_shares:
+            share.value = self.share_now(load.history)
+
+    def share_now(self, history: History | None) -> float:
+        """The share of what follows a history, or the program's ramp, at the end of the running step or on the way."""
+        return self.amplitude if history is None else self.way.share(history, self.time)
+
+    def share_of(self, load: OpenLoad) -> Any:
+        """The factor of a load that depends on the state, in UFL."""
+        if load.history is not None:
+            return next(share for timed, share in self.timed_shares if timed is load)
+        return self.share if load.ramped else 1.0
 
     def accept(self, displacements: Sequence[Floats], density: Floats) -> None:
         """Make displacements of the load cases and a density, as in `x.array`, those of the state."""

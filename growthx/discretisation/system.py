@@ -14,6 +14,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.discretisation.loading import DeadLoads, Supports
+from growthx.discretisation.state import WHOLE, Way
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.model.exponents import is_well_posed
@@ -177,7 +178,7 @@ class System:
             return float(np.sqrt(total))
         dim, stiffness = self.spaces.scene.mesh.dim, self._momentum.largest_stiffness()
         size = self.spaces.growing_size() ** (1 / dim)
-        moved = max((abs(held.value) for held in self.supports.held), default=0.0)
+        moved = self.supports.farthest()
         return self.comm.allreduce(stiffness, MPI.MAX) * (moved or size) * size ** (dim - 2)
 
     def force_scale(self) -> float:
@@ -217,7 +218,7 @@ class System:
 
     def _forces(self) -> Floats:
         """Internal minus external forces as they are: at supports, what the supports bear."""
-        forces = -self.loads.at(self.state.amplitude, self.state.time)
+        forces = -self.loads.at(self.state)
         for residual in self.residuals:
             forces += assemble(residual)
         return forces
@@ -232,13 +233,21 @@ class System:
 
     # -- from step to step ---------------------------------------------------------------------------------------------
 
-    def begin_step(self, time_step: float, amplitude: float, time: float = 0.0, base: Floats | None = None) -> None:
+    def begin_step(
+        self,
+        time_step: float,
+        amplitude: float,
+        time: float = 0.0,
+        base: Floats | None = None,
+        way: Way = WHOLE,
+    ) -> None:
         """Set the length, load and end of a step of implicit Euler, and put what is prescribed on the first iterate.
 
         base: densities the step begins with, as `density.x.array`; default: those of the state.
+        way: how much of the change of histories has come, where a step is solved in parts.
         """
-        self.state.begin(time_step, amplitude, time, base)
-        self.supports.move(self.unknown.x.array, amplitude)
+        self.state.begin(time_step, amplitude, time, base, way)
+        self.supports.move(self.unknown.x.array, self.state)
         self.densities.begin(self.force_scale())
 
     def accept_step(self) -> None:

@@ -32,7 +32,7 @@ def trial(system: System, displacements: Sequence[Floats], density: Floats) -> I
     All else that the residuals depend on follows from these; afterwards everything is as before.
     """
     state = system.state
-    constants = [state.time_step, state.share, *system.densities.constants]
+    constants = [state.time_step, state.share, *system.densities.constants, *(share for _, share in state.timed_shares)]
     functions = [system.unknown, state.density, state.old_density, *state.motion]
     functions += [] if state.past is None else [state.past]
     kept = [constant.value.copy() for constant in constants], [function.x.array.copy() for function in functions]

@@ -101,6 +101,7 @@ class Origin:
     (nodes,), −1 for a node that was not there.
     cell_count, node_count: number of cells and nodes there, in use or not.
     values: one for each cell by the name of the data, (cells,); NaN where there is none.
+    node_sets: numbers of the nodes of cells of each named set, in the order of the file, the same on all ranks.
     """
 
     cells: Indices
@@ -108,3 +109,4 @@ class Origin:
     nodes: Indices
     node_count: int
     values: Mapping[str, Floats] = field(default_factory=dict)
+    node_sets: Mapping[str, Indices] = field(default_factory=dict)

@@ -46,6 +46,7 @@ def _local_origin(domain: dolfinx.mesh.Mesh, whole: Origin | None) -> Origin:
         whole.nodes[given.nodes],
         whole.node_count,
         {name: values[given.cells] for name, values in whole.values.items()},
+        whole.node_sets,
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from growthx.common.errors import InputError
+from growthx.common.words import place_in_words
 from growthx.fem.cells import PLURALS
 from growthx.meshing.assembly.connection import islands, islands_in_words
 from growthx.meshing.content import AROUND, DIMENSIONS, Content
@@ -69,9 +70,11 @@ class Inspection:
     """All of it; what a file that is refused does not let see is empty.
 
     elements: number of the elements of each shape, as "8 triangles of 6 nodes".  nodes, orphans: of the file, and
-    those that no cell has.  groups: all that the file names, of which regions and boundaries are made.  low, high:
+    those that no cell has.  groups: all that the file names, of which regions and boundaries are made.  node_sets: of
+    nodes of cells, by which forces are given.  low, high:
     corners of the box about the cells, in the file's three coordinates where no mesh can be made.  turned: cells that
-    are numbered in the other sense than most.  islands: in words, if there are several.  refused: the sentence with
+    are numbered in the other sense than most.  islands: in words, if there are several.  nearest: of
+    a node, in words, if it was asked for.  refused: the sentence with
     which `read` refuses the file.
     """
 
@@ -88,9 +91,11 @@ class Inspection:
     unit: str = ""
     regions: tuple[Named, ...] = ()
     boundaries: tuple[Named, ...] = ()
+    node_sets: tuple[Group, ...] = ()
     values: tuple[Values, ...] = ()
     turned: int = 0
     islands: str = ""
+    nearest: str = ""
     quality: Quality | None = None
     notices: tuple[str, ...] = ()
     refused: str = ""
@@ -182,6 +187,9 @@ def _of_parts(seen: Inspection, parts: Parts) -> Inspection:
         boundaries=tuple(
             Named(name, len(facets), float(_areas(parts, facets).sum())) for name, facets in parts.boundaries.items()
         ),
+        node_sets=()
+        if parts.origin is None
+        else tuple(Group(name, "nodes", len(some)) for name, some in parts.origin.node_sets.items()),
         values=() if parts.origin is None else _values(parts.origin.values),
         turned=int(min(np.count_nonzero(senses > 0), np.count_nonzero(senses < 0))),
         islands=islands_in_words(parts.shape, parts.points, parts.cells, of_cell) if of_cell.any() else "",
@@ -208,6 +216,18 @@ def _areas(parts: Parts, facets: Indices) -> Floats:
     """Areas of facets, or lengths in the plane; those with nodes that no cell has count for nothing."""
     corners = parts.points[facets[(facets >= 0).all(axis=1)]]
     return np.asarray(np.linalg.norm(facet_vectors(corners), axis=1))
+
+
+def nearest_in_words(parts: Parts, place: tuple[float, ...]) -> str:
+    """The node nearest to a place, as a sentence; InputError for a place of other dimensions."""
+    if len(place) != parts.dim or not np.isfinite(place).all():
+        raise InputError(f"the place {place} has {len(place)} coordinates: {parts.dim} finite ones would be right")
+    apart = np.linalg.norm(parts.points - np.array(place), axis=1)
+    row = int(apart.argmin())
+    number = row if parts.origin is None else int(parts.origin.nodes[row])
+    return (
+        f"node {number} (from 0) at {place_in_words(parts.points[row])}, {apart[row]:.6g} from {place_in_words(place)}"
+    )
 
 
 def _quality(shape: str, corners: Floats) -> Quality:

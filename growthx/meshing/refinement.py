@@ -50,7 +50,9 @@ def split(parts: Parts, refine: int, path: str | Path) -> Parts:
     whole = share.max(axis=1) == 1.0
     nodes = np.where(whole, origin.nodes[old[np.arange(len(old)), share.argmax(axis=1)]], -1)
     values = {name: np.repeat(found, refine**2) for name, found in origin.values.items()}
-    origin = Origin(np.repeat(origin.cells, refine**2), origin.cell_count, nodes, origin.node_count, values)
+    origin = Origin(
+        np.repeat(origin.cells, refine**2), origin.cell_count, nodes, origin.node_count, values, origin.node_sets
+    )
     return Parts(parts.shape, points, cells, boundaries, regions, origin=origin, notices=parts.notices)
 
 

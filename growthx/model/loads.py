@@ -20,6 +20,10 @@ from growthx.common.checks import (
 )
 from growthx.common.overrides import Sealed
 from growthx.meshing.fields import scalar, vector
+from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.dead import DeadLoad
+from growthx.model.actions.faces import Moment
+from growthx.model.actions.histories import check_history
 from growthx.model.arrows import Arrow, middle
 from growthx.model.open_loads import OpenLoad
 
@@ -31,13 +35,8 @@ if TYPE_CHECKING:
 Position = Callable[[Floats], Floats]
 
 
-class Load(Sealed, ABC, replaceable=("place", "measure", "intensity", "resultant", "history", "arrow")):
+class Load(DeadLoad, ABC, replaceable=("place", "measure", "intensity", "resultant", "history", "arrow")):
     """A dead load on a named boundary or in the body."""
-
-    @property
-    @abstractmethod
-    def place(self) -> str:
-        """Where it acts, as a part of a sentence."""
 
     @abstractmethod
     def measure(self, mesh: Mesh, degree: int) -> Measure:
@@ -54,20 +53,6 @@ class Load(Sealed, ABC, replaceable=("place", "measure", "intensity", "resultant
     def resultant(self) -> tuple[float, ...] | None:
         """The resulting force the load must be scaled to, or None where it is meant as it is."""
         return None
-
-    @property
-    def history(self) -> Callable[[float], float] | None:
-        """Its share as a function of time, in place of the program's ramp."""
-        return None
-
-    def arrow(self, mesh: Mesh) -> Arrow | None:
-        """What shows it in pictures, if anything does (collective)."""
-        return None
-
-
-def _check_history(history: Any, what: str) -> None:
-    if history is not None:
-        require_function(history, f"the history of {what}", "a function of time")
 
 
 def _value(value: Any, what: str) -> Any:
@@ -111,7 +96,7 @@ class Traction(_OnBoundary, replaceable=()):
     def __post_init__(self) -> None:
         require_name(self.on, "the boundary of a traction")
         object.__setattr__(self, "value", _value(self.value, f"the traction {self.place}"))
-        _check_history(self.history, f"the traction {self.place}")
+        check_history(self.history, f"the traction {self.place}")
 
     def intensity(self, x: Floats) -> Floats:
         """Traction at the points x."""
@@ -133,7 +118,7 @@ class BodyForce(Load, replaceable=()):
         if self.region is not None:
             require_name(self.region, "the region of a body force")
         object.__setattr__(self, "value", _value(self.value, f"the body force {self.place}"))
-        _check_history(self.history, f"the body force {self.place}")
+        check_history(self.history, f"the body force {self.place}")
 
     @property
     def place(self) -> str:
@@ -169,7 +154,7 @@ class DistributedForce(_OnBoundary, replaceable=()):
         object.__setattr__(self, "force", require_vector(self.force, f"the force {self.place}"))
         if self.weight is not None:
             require_function(self.weight, f"the weight of the force {self.place}", "a function of position or None")
-        _check_history(self.history, f"the force {self.place}")
+        check_history(self.history, f"the force {self.place}")
 
     @property
     def resultant(self) -> tuple[float, ...]:
@@ -195,10 +180,12 @@ class LoadCase(Sealed, replaceable=()):
 
     name: str
     weight: float
-    loads: tuple[Load | OpenLoad, ...]
+    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
 
     def __post_init__(self) -> None:
         require_name(self.name, "the name of a load case")
         require_number(self.weight, f"the weight of the load case '{self.name}'", "a positive number", lambda w: w > 0)
-        loads = require_each(self.loads, (Load, OpenLoad), f"the loads of the load case '{self.name}'", "load")
+        loads = require_each(
+            self.loads, (Load, NodalLoad, Moment, OpenLoad), f"the loads of the load case '{self.name}'", "load"
+        )
         object.__setattr__(self, "loads", loads)

@@ -24,6 +24,7 @@ from growthx.common.errors import InputError
 from growthx.common.overrides import Sealed
 from growthx.constitutive.expressions import expression
 from growthx.constitutive.kinematics import deformation_gradient
+from growthx.model.actions.histories import check_history
 
 if TYPE_CHECKING:
     from growthx.meshing.mesh import Mesh
@@ -63,17 +64,29 @@ def _jumps(part: Any) -> bool:
     return isinstance(part, ufl.Coefficient) and part.ufl_element() not in ufl.H1
 
 
-class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold")):
+class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold", "ramped", "history", "holds")):
     """A force per reference area or volume that depends on the running state.
 
     on: name of the boundary it acts on, or None: everywhere in the body.
     may_hold: whether it may resist a motion of the body as a whole, as springs do.
+    ramped: whether it grows with the loads of the scene; else it is there from the start.
     what: what it is called in a sentence.
     """
 
     on: str | None
     may_hold: ClassVar[bool] = True
+    ramped: ClassVar[bool] = True
     what: ClassVar[str] = "open load"
+
+    @property
+    def history(self) -> Callable[[float], float] | None:
+        """Its share as a function of time, in place of the program's ramp."""
+        return None
+
+    @property
+    def holds(self) -> tuple[int, ...] | str:
+        """Along what it resists motions, if it may: "all" directions, the "normal", or numbers of directions."""
+        return "all" if self.may_hold else ()
 
     @property
     def place(self) -> str:
@@ -107,10 +120,14 @@ class OpenTraction(OpenLoad, replaceable=()):
 
 @dataclass(frozen=True)
 class Pressure(OpenLoad, replaceable=()):
-    """A pressure (force per deformed area) on a named boundary that follows the deformation, t = −p J F⁻ᵀ N."""
+    """A pressure (force per deformed area) on a named boundary that follows the deformation, t = −p J F⁻ᵀ N.
+
+    history: its share as a function of time, or a `Table`, in place of the program's ramp.
+    """
 
     on: str
     value: float
+    history: Callable[[float], float] | None = None
 
     may_hold = False
     what = "pressure"
@@ -118,6 +135,7 @@ class Pressure(OpenLoad, replaceable=()):
     def __post_init__(self) -> None:
         require_name(self.on, "the boundary of a pressure")
         require_number(self.value, f"the pressure on '{self.on}'", "a finite number", lambda _: True)
+        check_history(self.history, f"the pressure on '{self.on}'")
 
     def force(self, u: Any, rho: Any, mesh: Mesh) -> Any:
         """−p J F⁻ᵀ N, force per reference area."""

@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from growthx.common.errors import InputError
 from growthx.common.words import place_in_words
 from growthx.fem import compat
+from growthx.meshing.corners import facet_vectors
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
     from growthx.common.arrays import Floats, Indices
     from growthx.meshing.mesh import Mesh
+    from growthx.model.actions.faces import Rotation
     from growthx.model.scene import Scene
     from growthx.model.supports import Support
 
@@ -58,10 +60,10 @@ def check_held(scene: Scene) -> None:
         return
     pieces = _pieces(scene.mesh)
     springs = {
-        frozenset(load.on for load in case.loads if isinstance(load, OpenLoad) and load.may_hold and load.on)
+        frozenset((load.on, load.holds) for load in case.loads if isinstance(load, OpenLoad) and load.holds and load.on)
         for case in scene.load_cases
     }
-    for boundaries in sorted(springs, key=sorted):
+    for boundaries in sorted(springs, key=str):
         rows = [*_held_rows(scene, pieces), *_spring_rows(scene.mesh, pieces, boundaries)]
         problem = _free_motion(scene, pieces, rows)
         if problem := scene.mesh.comm.bcast(problem):
@@ -118,7 +120,7 @@ def _joined(comm: MPI.Intracomm, entities: Indices, index_map: dolfinx.common.In
 
 # -- equations: rows (part, direction, place) --------------------------------------------------------------------------
 
-Row = tuple["Indices", int, "Floats"]
+Row = tuple["Indices", "int | Floats", "Floats"]  # or, for a direction, one of each node, (nodes, dim)
 
 
 def _held_rows(scene: Scene, pieces: _Pieces) -> Iterator[Row]:
@@ -128,14 +130,27 @@ def _held_rows(scene: Scene, pieces: _Pieces) -> Iterator[Row]:
             yield parts, direction, places
 
 
-def _spring_rows(mesh: Mesh, pieces: _Pieces, boundaries: frozenset[str]) -> Iterator[Row]:
-    for name in boundaries:
-        parts, places = _nodes(mesh, pieces, mesh.dim - 1, mesh.boundary(name))
-        for direction in range(mesh.dim):
-            yield parts, direction, places
+def _spring_rows(mesh: Mesh, pieces: _Pieces, springs: frozenset[tuple[str, tuple[int, ...] | str]]) -> Iterator[Row]:
+    for name, holds in sorted(springs, key=str):
+        facets = mesh.boundary(name)
+        parts, places = _nodes(mesh, pieces, mesh.dim - 1, facets)
+        if holds == "normal":
+            yield parts, _normals(mesh, facets), places
+        else:
+            for direction in range(mesh.dim) if holds == "all" else holds:
+                yield parts, int(direction), places
 
 
-def _support_nodes(support: Support | PointSupport, mesh: Mesh, pieces: _Pieces) -> tuple[Indices, Floats]:
+def _normals(mesh: Mesh, facets: Indices) -> Floats:
+    """The unit normal of the facet of each of its nodes, in the order of `_nodes`, (nodes, dim)."""
+    if not len(facets):
+        return np.empty((0, mesh.dim))
+    nodes = dolfinx.mesh.entities_to_geometry(mesh.domain, mesh.dim - 1, np.asarray(facets, dtype=np.int32))
+    vectors = facet_vectors(mesh.domain.geometry.x[nodes][:, :, : mesh.dim])
+    return np.repeat(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), nodes.shape[1], axis=0)
+
+
+def _support_nodes(support: Support | PointSupport | Rotation, mesh: Mesh, pieces: _Pieces) -> tuple[Indices, Floats]:
     if isinstance(support, PointSupport):
         return _nodes(mesh, pieces, 0, mesh.corner(support.at))
     return _nodes(mesh, pieces, mesh.dim - 1, mesh.boundary(support.on))
@@ -163,9 +178,13 @@ def _free_motion(scene: Scene, pieces: _Pieces, rows: list[Row]) -> str:
     low, high, cells = _extents(mesh, pieces)
     centres, sizes = (low + high) / 2, np.maximum((high - low).max(axis=1), np.finfo(float).tiny)
 
-    def motions(parts: Indices, direction: int, places: Floats) -> Floats:
+    def motions(parts: Indices, direction: int | Floats, places: Floats) -> Floats:
         group = pieces.groups[parts]
-        return _displacements((places - centres[group]) / sizes[group, np.newaxis], direction, mesh.dim)
+        y = (places - centres[group]) / sizes[group, np.newaxis]
+        if isinstance(direction, int):
+            return _displacements(y, direction, mesh.dim)
+        along = (direction[:, [i]] * _displacements(y, i, mesh.dim) for i in range(mesh.dim))
+        return np.asarray(sum(along, np.zeros((len(y), 1))))
 
     count, width = len(pieces.groups), 3 if mesh.dim == 2 else 6
     grams = np.zeros((count, width, width))

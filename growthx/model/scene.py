@@ -14,6 +14,9 @@ from growthx.constitutive.sources import MassSource
 from growthx.meshing.fields import vector
 from growthx.meshing.mesh import Mesh
 from growthx.model import words
+from growthx.model.actions.concentrated import NodalLoad
+from growthx.model.actions.faces import Moment, Rotation
+from growthx.model.actions.histories import History, jumps_of
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
 from growthx.model.open_loads import OpenLoad
@@ -42,8 +45,8 @@ class Scene(Sealed, replaceable=()):
     mesh: Mesh
     material: Elasticity
     growth: MassSource
-    supports: tuple[Support | PointSupport, ...]
-    loads: tuple[Load | OpenLoad, ...]
+    supports: tuple[Support | PointSupport | Rotation, ...]
+    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
@@ -87,8 +90,13 @@ class Scene(Sealed, replaceable=()):
         if not (any(held) or springs or self.inertia):
             raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
         for load in self.dead_loads:
-            load.measure(self.mesh, 1)
-            self._check_entries(load)
+            if isinstance(load, NodalLoad):
+                load.spots(self.mesh)
+            elif isinstance(load, Moment):
+                load.traction(self.mesh)
+            else:
+                load.measure(self.mesh, 1)
+                self._check_entries(load)
         if isinstance(self.growing, str):
             raise InputError(f"growing is '{self.growing}': names in a tuple, ('{self.growing}',), would be right")
         if self.growing is not None:
@@ -118,8 +126,8 @@ class Scene(Sealed, replaceable=()):
         ):
             require_kind(value, kind, f"{what} {of}", wanted)
         parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
-            ("supports", (Support, PointSupport), "Support"),
-            ("loads", (Load, OpenLoad), "load"),
+            ("supports", (Support, PointSupport, Rotation), "Support"),
+            ("loads", (Load, NodalLoad, Moment, OpenLoad), "load"),
             ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
             ("influx", Influx, "Influx"),
             ("cases", LoadCase, "LoadCase"),
@@ -138,6 +146,18 @@ class Scene(Sealed, replaceable=()):
         raise_on_all(self.mesh.comm, problem)
 
     @property
+    def histories(self) -> tuple[History, ...]:
+        """What loads and supports follow instead of the program's ramp."""
+        parts = (*self.supports, *self.all_loads)
+        return tuple(part.history for part in parts if part.history is not None)
+
+    @property
+    def timetable(self) -> Program:
+        """The program, of which a step is to end, too, wherever a history jumps."""
+        jumps = jumps_of(self.histories, self.program.until)
+        return replace(self.program, requested=(*self.program.requested, *jumps)) if jumps else self.program
+
+    @property
     def load_cases(self) -> tuple[LoadCase, ...]:
         """The load cases with all of their loads and weights whose sum is one; one without a name if there are none."""
         cases = self.cases or (LoadCase("", 1.0, ()),)
@@ -145,12 +165,12 @@ class Scene(Sealed, replaceable=()):
         return tuple(replace(case, weight=case.weight / total, loads=self.loads + case.loads) for case in cases)
 
     @property
-    def all_loads(self) -> tuple[Load | OpenLoad, ...]:
+    def all_loads(self) -> tuple[Load | NodalLoad | Moment | OpenLoad, ...]:
         """The loads that all cases share, and those of each."""
         return self.loads + tuple(load for case in self.cases for load in case.loads)
 
     @property
-    def dead_loads(self) -> tuple[Load, ...]:
+    def dead_loads(self) -> tuple[Load | NodalLoad | Moment, ...]:
         """The loads that do not depend on the state, of all cases."""
         return tuple(load for load in self.all_loads if not isinstance(load, OpenLoad))
 

@@ -8,12 +8,14 @@ from growthx.common.checks import require_kind, require_name, require_number, re
 from growthx.common.errors import InputError, shown
 from growthx.common.overrides import Sealed
 from growthx.common.words import place_in_words
+from growthx.model.actions.histories import History, check_history
 
 
-class _Held(Sealed, replaceable=()):
+class Held(Sealed, replaceable=()):
     """What supports share: a displacement, of which some directions may be free."""
 
     displacement: tuple[float | None, ...] | None
+    history: History | None
 
     @property
     def place(self) -> str:
@@ -27,6 +29,7 @@ class _Held(Sealed, replaceable=()):
         for value in self.displacement or ():
             if value is not None:
                 require_number(value, what, "a finite number", lambda _: True)
+        check_history(self.history, f"the support '{self.place}'")
 
     def components(self, dim: int) -> list[tuple[int, float]]:
         """Pairs (direction, prescribed value) of the directions that are held."""
@@ -40,15 +43,17 @@ class _Held(Sealed, replaceable=()):
 
 
 @dataclass(frozen=True)
-class Support(_Held, replaceable=()):
+class Support(Held, replaceable=()):
     """Prescribed displacement of a named boundary.
 
     displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
     Values other than zero grow with the load.
+    history: share of the displacement as a function of time, or a `Table`, in place of the program's ramp.
     """
 
     on: str
     displacement: tuple[float | None, ...] | None = None
+    history: History | None = None
 
     def __post_init__(self) -> None:
         require_name(self.on, "the boundary of a support")
@@ -61,14 +66,15 @@ class Support(_Held, replaceable=()):
 
 
 @dataclass(frozen=True)
-class PointSupport(_Held, replaceable=()):
+class PointSupport(Held, replaceable=()):
     """Prescribed displacement of the node at a place.
 
-    at: the place at rest, one entry (length) per direction.  displacement: as in `Support`.
+    at: the place at rest, one entry (length) per direction.  displacement, history: as in `Support`.
     """
 
     at: tuple[float, ...]
     displacement: tuple[float | None, ...] | None = None
+    history: History | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", require_vector(self.at, "the place of a support"))

@@ -15,6 +15,8 @@ from growthx.common.memory import Memory
 from growthx.fem import compat
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, law_as_ufl
+from growthx.model.actions.histories import Table, share_at
+from growthx.model.supports import Held
 from growthx.results.fingerprint import WRITER, WRITTEN, fingerprint
 
 if TYPE_CHECKING:
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 ROUND_OFF = 1e-9  # relative, by which the same quantity may differ on other machines and numbers of ranks
 # Parts that are compared by their effect, may change on the way, or are for the reader.
 FREE = ("mesh", "until", "requested", "summary")
-HISTORY = "the history of load"  # how names of histories begin
+HISTORIES = ("the history of load", "the history of support")  # how names of histories begin
 DENSE = 1.05  # from one time, in steps, to the next one at which histories of loads are compared
 
 
@@ -65,7 +67,12 @@ def identity(problem: Discretisation, stepping: Stepping, settings: NewtonSettin
     memory.unknowns["the nodal force of full dead loads"] = problem.system.loads.nodal_load
     for number, (history, forces) in enumerate(problem.system.loads.timed_loads, start=1):
         memory.unknowns[f"the nodal force of load {number} with a history"] = forces
-        memory.numbers[f"{HISTORY} {number}"] = [float(history(time)) for time in _times(scene.program)]
+        memory.numbers[f"{HISTORIES[0]} {number}"] = [float(history(time)) for time in _times(scene.program)]
+    followed = [(HISTORIES[1], f"'{support.place}'", support.history) for support in scene.supports]
+    followed += [(HISTORIES[0], load.place, load.history) for load in scene.open_loads]
+    for number, (what, place, course) in enumerate(followed, start=1):
+        if course is not None:
+            memory.numbers[f"{what} {place}, {number}"] = [share_at(course, time) for time in _times(scene.program)]
     memory.unknowns["the displacement prescribed at a support"] = _held(problem)
     memory.unknowns["the number of conditions on an unknown"] = _conditions(problem)
     memory.numbers.update(fingerprint(problem, stepping))
@@ -105,7 +112,7 @@ def difference(one: Mapping[str, Any], here: Mapping[str, Any]) -> str:
         elif name.startswith(WRITTEN) and a != b:
             return f"{name.removeprefix(WRITTEN)} is written otherwise"
         elif isinstance(a, list) and isinstance(b, list):
-            if apart := _apart(a, b, partly=name.startswith(HISTORY)):
+            if apart := _apart(a, b, partly=name.startswith(HISTORIES)):
                 return f"{_plain(name)} is {apart}"
         elif not _same(a, b):
             return f"{_plain(name)} is {a}, here {b}"
@@ -151,10 +158,12 @@ def _held(problem: Discretisation) -> Floats:
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """What a value is made of: numbers and texts by the names that lead to them."""
-    if is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, Table):  # may go on longer: compared where it takes effect
+        yield name, type(value).__name__
+    elif is_dataclass(value) and not isinstance(value, type):
         yield name, type(value).__name__
         for part in fields(value):
-            if part.name not in FREE:
+            if part.name not in FREE and not (part.name == "history" and isinstance(value, Held)):
                 yield from _leaves(f"{name}.{part.name}", getattr(value, part.name))
     elif isinstance(value, (tuple, list)):
         yield f"{name} (count)", len(value)

@@ -4,6 +4,7 @@ from typing import NoReturn
 
 from growthx.common.errors import no_such_name
 from growthx.scenes.bar import CONTINUOUS, DISCONTINUOUS, bar
+from growthx.scenes.bone_plate import bone_plate
 from growthx.scenes.femur import Femur, femur
 from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import block, plate
@@ -17,6 +18,7 @@ __all__ = [
     "Femur3d",
     "bar",
     "block",
+    "bone_plate",
     "femur",
     "femur3d",
     "gruen",

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from growthx.common.memory import Memory
+from growthx.discretisation.state import Way
+from growthx.model.actions.histories import SAME_TIME, jumps_of
 from growthx.stepping.continuation import FEWEST, MOST, Continuation, Unsolved
 from growthx.stepping.positivity import Positivity
 from growthx.stepping.prediction import Prediction
@@ -52,6 +54,7 @@ class Integrator:
         self._estimate, self._predict = estimate, predict
         self._prediction = Prediction(problem.comm)
         self._prediction.remember(0.0, problem.system.unknown.x.array.copy())
+        self._jumps = jumps_of(problem.scene.histories, problem.scene.program.until)
         self._course: float | None = None  # growth of the load per time
         self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
         self._parts = MOST  # in which a step may be solved: the fewer, the more often that has failed
@@ -131,7 +134,7 @@ class Integrator:
         rise, start = amplitude - problem.amplitude, system.unknown.x.array.copy()
 
         def begin(load: float = 1.0, share: float = 1.0) -> None:
-            system.begin_step(share * length, amplitude - (1 - load) * rise, time - (1 - load) * (time - before), base)
+            system.begin_step(share * length, amplitude - (1 - load) * rise, time, base, Way(before, load))
 
         reports: list[NewtonReport] = []
         foretold = self._prediction.at(time) if self._predict else None
@@ -172,6 +175,9 @@ class Integrator:
     def _follow_course(self, time: float, end: float) -> None:
         """What was found before a bend of the load says nothing about what comes after it."""
         amplitude = self._problem.scene.program.amplitude
+        if any(abs(time - jump) <= SAME_TIME * jump for jump in self._jumps):
+            self._prediction.restart()
+            self._start = None  # densities change at another rate at once
         course = (amplitude(end) - amplitude(time)) / (end - time)
         if self._course is not None and abs(course - self._course) > 1e-9 * max(abs(course), abs(self._course)):
             self._prediction.restart()

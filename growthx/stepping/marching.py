@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from growthx.common.errors import EndedEarly, InputError
 from growthx.discretisation.checks.arguments import check_problem_of
 from growthx.discretisation.discretise import discretise
+from growthx.model.actions.histories import jumps_of
 from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run
@@ -40,7 +41,7 @@ class March(Iterator[Step]):
         self.problem, self.time, self.in_equilibrium = problem, 0.0, False
         self._settings = settings.loosened(stepping.newton_tolerance(settings.tolerance))
         self._stepping, self._enough = stepping, _enough(problem, stepping)
-        self._control = stepping.control(problem.scene.program)
+        self._control = stepping.control(problem.scene.timetable)
         self._targets, self._target, self._ended = iter(self._control.targets()), 0.0, False
         self._make_solvers()
         self._witness = Witness(problem, self._settings.tolerance)
@@ -212,6 +213,9 @@ def _enough(problem: Discretisation, stepping: Stepping) -> Callable[[SolvedStep
             f"the rate c or the attractor stimulus of the scene '{problem.scene.name}' is zero everywhere, against "
             "which a rate of density cannot be measured: no share of equilibrium would be right"
         )
+    last = max(jumps_of(problem.scene.histories, problem.scene.program.until), default=0.0)
     return lambda found: (
-        problem.amplitude == 1.0 and problem.measures.root_mean_square(found.slope) <= share * resorption
+        problem.amplitude == 1.0
+        and problem.time > last
+        and problem.measures.root_mean_square(found.slope) <= share * resorption
     )

@@ -281,3 +281,30 @@ def test_units_are_asked_for():
         "is it in mm?",
         "is it in µm?",
     ]
+
+
+INP = """*NODE
+1, 0., 0.
+2, 1., 0.
+3, 0., 1.
+4, 1., 1.
+*ELEMENT, TYPE=CPE4, ELSET=B
+1, 1, 2, 4, 3
+*NSET, NSET=pins
+2, 3
+"""
+
+
+def test_sets_of_nodes_and_the_nearest_one_are_told(capsys, shared_folder):
+    """Under the names, numbers and places that forces at nodes and points take."""
+    path = shared_folder / "one.inp"
+    if COMM.rank == 0:
+        path.write_text(INP)
+    COMM.barrier()
+    out, _ = told(capsys, path, "--near", 0.9, 0.8)
+    assert "sets of nodes" in out and "pins" in out
+    assert "nearest: node 3 (from 0) at (1, 1), 0.223607 from (0.9, 0.8)" in out
+    seen = json.loads(told(capsys, path, "--json")[0])
+    assert seen["node_sets"] == [{"name": "pins", "of": "nodes", "count": 2}] and seen["nearest"] == ""
+    _, err = told(capsys, path, "--near", 0.9, status=2)
+    assert "has 1 coordinates: 2 finite ones would be right" in err

@@ -44,7 +44,8 @@ LAWS = (
     gx.StressDrivenGrowth,
 )
 DEAD_LOADS = (gx.Load, gx.Traction, gx.BodyForce, gx.DistributedForce)
-OPEN_LOADS = (OpenLoad, gx.OpenTraction, gx.OpenBodyForce, gx.Pressure)
+OPEN_LOADS = (OpenLoad, gx.OpenTraction, gx.OpenBodyForce, gx.Pressure, gx.Spring, gx.Foundation)
+NODAL_LOADS = (gx.NodalLoad, gx.PointForce, gx.NodalForces, gx.LineForce)
 BASES = (gx.Load, OpenLoad)  # for loads of one's own, which may replace all of them
 SPACES = (variants.Displacement, variants.Nodal, variants.PerCell, variants.AtPoints)
 OTHERS = (
@@ -56,6 +57,9 @@ OTHERS = (
     gx.Influx,
     gx.Support,
     gx.PointSupport,
+    gx.Rotation,
+    gx.Moment,
+    gx.Table,
     gx.LoadCase,
     gx.Program,
     gx.Inertia,
@@ -69,7 +73,7 @@ OTHERS = (
     baselines.NonLocal,
     baselines.Smoothed,
 )
-CLASSES = (*LAWS, *REMODELLING, *DEAD_LOADS, *OPEN_LOADS, *SPACES, *OTHERS)
+CLASSES = (*LAWS, *REMODELLING, *DEAD_LOADS, *OPEN_LOADS, *NODAL_LOADS, *SPACES, *OTHERS)
 
 # What may be replaced; below, a test for each shows that it is obeyed.
 OBEYED = {
@@ -81,7 +85,9 @@ OBEYED = {
     gx.MassFlux: {"flux", "coefficients"},
     gx.Influx: {"value"},
     **{load: {"place", "measure", "intensity", "resultant", "history", "arrow"} for load in DEAD_LOADS},
-    **{load: {"place", "force", "may_hold"} for load in OPEN_LOADS},
+    **{load: {"place", "force", "may_hold", "ramped", "history", "holds"} for load in OPEN_LOADS},
+    **{load: {"place", "history", "arrow", "points", "within"} for load in NODAL_LOADS},
+    gx.Moment: {"place", "history", "arrow"},
     **{steps: {"control", "newton_tolerance"} for steps in (Stepping, gx.FixedSteps, gx.AdaptiveSteps)},
     baselines.NonLocal: {"on", "weights"},
     baselines.Smoothed: {"on"},

@@ -115,6 +115,23 @@ def test_the_runs_of_the_page_on_speed():
     assert adaptive[3] == pytest.approx(paper[3], rel=5e-3)
 
 
+def test_the_scripts_of_the_page_on_loads_run():
+    """One after another, as they stand there, with the numbers that they are to show."""
+    scripts = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "loads.md").read_text(encoding="utf-8"), re.DOTALL)
+    run = subprocess.run(
+        [sys.executable, "-c", "\n".join(scripts)], cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
+    assert run.returncode == 0, run.stderr
+    reactions, times, moments, defects = run.stdout.splitlines()
+    of_point, of_muscle = re.findall(r"\[(.*?)\]", reactions)
+    assert [float(word) for word in of_point.split()] == pytest.approx([0.0, 0.01], abs=1e-9)
+    assert [float(word) for word in of_muscle.split()] == pytest.approx([-0.01, -0.02], abs=1e-9)
+    assert times.startswith("[0.1, 0.2, 0.25, 0.3"), "a step ends where the table jumps"
+    left, right, bent = (float(word) for word in re.findall(r"\(\[(.*?)\]\)", moments))
+    assert left == pytest.approx(-right, abs=1e-8) and bent == pytest.approx(-0.02, rel=0.05)
+    assert all(float(defect) < 1e-9 for defect in defects.split())
+
+
 def test_the_run_of_the_page_on_trouble():
     """An ill-posed femur ends early, by an error that tells where it has come to."""
     (script,) = re.findall(

@@ -116,7 +116,7 @@ def magnitudes(problem: Discretisation) -> Magnitudes:
     """The orders of magnitude of a problem (collective)."""
     scene = problem.scene
     box = _box(problem)
-    force, moved = _largest_force(problem), max((abs(held.value) for held in problem.system.supports.held), default=0.0)
+    force, moved = _largest_force(problem), problem.system.supports.farthest()
     pressure = max((abs(load.value) for load in scene.open_loads if isinstance(load, Pressure)), default=0.0)
     young, relative = _range(problem, problem.material.stiffness), _relative_density(problem)
     weights = sorted(relative**n for n in _range(problem, problem.material.density_exponent))

@@ -58,7 +58,7 @@ class Momentum:
             test = _weighted(case, test)
             terms.append(balances.internal_work(u, stiffening, test, material, dV))
             terms += [
-                balances.external_work(-self._state.share * self._force(load, u, rho), test, dV)
+                balances.external_work(-self._state.share_of(load) * self._force(load, u, rho), test, dV)
                 for load in case.loads
                 if isinstance(load, OpenLoad) and load.on is None
             ]
@@ -86,7 +86,9 @@ class Momentum:
                     force = self._force(load, u, rho)
                     check_sides(force, mesh, load.on, f"the {load.what} {load.place}")
                     measure = mesh.boundary_measure(load.on, degree)
-                    forms.append(balances.external_work(-self._state.share * force, _weighted(case, test), measure))
+                    forms.append(
+                        balances.external_work(-self._state.share_of(load) * force, _weighted(case, test), measure)
+                    )
         return forms
 
     def _force(self, load: OpenLoad, u: Any, rho: Any) -> Any:

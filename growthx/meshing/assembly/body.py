@@ -14,7 +14,7 @@ from growthx.common.checks import LARGEST as FARTHEST
 from growthx.common.errors import InputError
 from growthx.fem.cells import PLURALS, counted
 from growthx.meshing.assembly.connection import islands, islands_in_words, merged, twins_in_words
-from growthx.meshing.assembly.naming import Cells, boundaries, regions
+from growthx.meshing.assembly.naming import Cells, boundaries, node_sets, regions
 from growthx.meshing.content import DIMENSIONS, NO_NODE, Content, Origin
 from growthx.meshing.parts import Parts, check_corners, each_once
 
@@ -70,6 +70,7 @@ def assemble(content: Content, path: str | Path, keep: str | None = None, merge:
             kept,
             len(content.points),
             {name: found for name, found in values.items() if not np.isnan(found).all()},
+            node_sets(content, cells.dim, kept),
         ),
         tuple(notices),
     )

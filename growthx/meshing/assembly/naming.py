@@ -85,6 +85,23 @@ def boundaries(content: Content, cells: Cells, path: str | Path, notices: list[s
     return found
 
 
+def node_sets(content: Content, dim: int, used: Indices) -> dict[str, Indices]:
+    """Rows in the points of each set of nodes, and of each group of points or of curves in space, that cells use.
+
+    used: nodes of cells, rising.
+    """
+    found = {name: np.unique(nodes) for name, nodes in content.node_sets.items()}
+    for kind, start, end in zip(content.elements, content.starts[:-1], content.starts[1:], strict=True):
+        if DIMENSIONS[kind.shape] >= dim - 1:
+            continue
+        for name, numbers in content.groups.items():
+            rows = numbers[(numbers >= start) & (numbers < end)] - start
+            if len(rows):
+                found[name] = np.unique(np.concatenate([found.get(name, rows[:0]), kind.corners[rows].ravel()]))
+    kept = {name: nodes[np.isin(nodes, used)] for name, nodes in found.items()}
+    return {name: nodes for name, nodes in kept.items() if len(nodes)}
+
+
 def _tell_other(name: str, facets: Indices, taken: Indices, path: str | Path, notices: list[str]) -> None:
     """Tell of a set of nodes that is left out for a set of facets of its name, unless they mean the same sides."""
     both = np.concatenate([facets, taken])
