@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from growthx.constitutive.elastic.base import ByModuli
     from growthx.model.scene import Scene
     from growthx.stepping.record import Result
 
@@ -53,6 +54,22 @@ def add_exponents(parser: argparse.ArgumentParser) -> None:
     """The options n and m."""
     add_option(parser, "--n", 2.0, float, "exponent n: Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ⁿᵉᵒ")
     add_option(parser, "--m", 3.0, float, "exponent m: R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* }; well posed for m > n")
+
+
+def add_energy(parser: argparse.ArgumentParser) -> None:
+    """The option of a stored energy."""
+    parser.add_argument(
+        "--energy",
+        metavar="NAME",
+        help="stored energy: neo-hooke, saint-venant-kirchhoff, hencky, mooney-rivlin, ogden or linear, of the scene's "
+        "Young's modulus and Poisson's ratio (neo-hooke)",
+    )
+
+
+def with_energy(scene: Scene, kind: type[ByModuli]) -> Scene:
+    """The scene with another stored energy, of the same parameters."""
+    material = scene.material
+    return replace(scene, material=kind(**{part.name: getattr(material, part.name) for part in fields(material)}))
 
 
 def add_option(parser: argparse.ArgumentParser, name: str, default: Any, kind: type, text: str) -> None:

@@ -11,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from growthx.cli import picture, scan, states
-from growthx.cli.command import Command, SceneCommand
+from growthx.cli.command import Command, SceneCommand, add_energy, with_energy
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
         help="lowest and highest density, 'none' for none of the two: density that reaches a bound stays there for as "
         "long as its source drives it on (none none)",
     )
+    add_energy(parser)
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
@@ -73,6 +74,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
 
 def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     from growthx.cli import report
+    from growthx.constitutive.elastic import catalogue
     from growthx.discretisation import variants
     from growthx.meshing.files import load_gmsh
     from growthx.model.exponents import is_well_posed
@@ -80,12 +82,15 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     from growthx.results import summary
 
     variant = None if options.variant is None else variants.named(options.variant)
+    energy = None if options.energy is None else catalogue.named(options.energy)
     stepping = _stepping(options)
     scan.check(options)
     if command.by_gmsh:
         load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
+    if energy is not None:
+        scene = with_energy(scene, energy)
     if options.bounds is not None:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     scanned = scan.density(options, scene.mesh)

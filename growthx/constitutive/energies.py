@@ -14,7 +14,7 @@ from growthx.common.arrays import Field
 from growthx.common.checks import require
 from growthx.common.overrides import Sealed
 from growthx.constitutive.expressions import exact_exponent, expression
-from growthx.constitutive.kinematics import in_space
+from growthx.constitutive.kinematics import in_space, volume_change
 
 
 class Elasticity(Sealed, ABC, replaceable=()):
@@ -30,6 +30,8 @@ class Elasticity(Sealed, ABC, replaceable=()):
 
     coefficients: ClassVar[tuple[str, ...]] = ("reference_density", "density_exponent")
     exponents: ClassVar[tuple[str, ...]] = ("density_exponent",)
+    directions: ClassVar[tuple[str, ...]] = ()  # coefficients whose mean may be of no length
+    small_strain: ClassVar[bool] = False  # whether the deformation changes nothing of the body that is loaded
 
     @property
     @abstractmethod
@@ -67,6 +69,15 @@ class Elasticity(Sealed, ABC, replaceable=()):
         """
         H = ufl.variable(H)
         return self.weight(density) * ufl.diff(self.energy_at(H), H)
+
+    def true_stress(self, H: Any, density: Any) -> Any:
+        """Cauchy's stress σ = P̄ Fᵀ/J, force per deformed area, of the shape of H."""
+        F = ufl.Identity(H.ufl_shape[0]) + H
+        return self.stress(H, density) * F.T / (1 + volume_change(H))
+
+    def strain(self, H: Any) -> Any:
+        """What is written as strain: ½ [Fᵀ F − I] = sym H + ½ Hᵀ H, no unit: no identity takes small ones' digits."""
+        return ufl.sym(H) + H.T * H / 2
 
     def _check_weight(self) -> None:
         """Raise InputError for parameters of the weight that make no sense."""

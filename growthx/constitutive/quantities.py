@@ -8,10 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import ufl
-
-from growthx.constitutive.kinematics import volume_change
-
 if TYPE_CHECKING:
     from growthx.constitutive.energies import Elasticity
 
@@ -27,14 +23,13 @@ def first_piola_stress(material: Elasticity, density: Any, H: Any) -> Any:
 
 
 def cauchy_stress(material: Elasticity, density: Any, H: Any) -> Any:
-    """σ = P̄ Fᵀ/J, force per deformed area, of the shape of H."""
-    F = ufl.Identity(H.ufl_shape[0]) + H
-    return material.stress(H, density) * F.T / (1 + volume_change(H))
+    """σ = P̄ Fᵀ/J, force per deformed area, of the shape of H; of a law of small strains, its one stress."""
+    return material.true_stress(H, density)
 
 
 def green_lagrange_strain(material: Elasticity, density: Any, H: Any) -> Any:
-    """½ [Fᵀ F − I] = sym H + ½ Hᵀ H, no unit, of the shape of H: no identity takes the digits of small strains."""
-    return ufl.sym(H) + H.T * H / 2
+    """½ [Fᵀ F − I], no unit, of the shape of H; of a law of small strains sym H."""
+    return material.strain(H)
 
 
 def stiffness(material: Elasticity, density: Any) -> Any:

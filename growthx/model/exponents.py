@@ -13,12 +13,12 @@ from mpi4py import MPI
 
 from growthx.common.arrays import is_uniform
 from growthx.common.checks import require_kind
+from growthx.constitutive.energies import Elasticity
 from growthx.constitutive.growth import GrowthLaw
 from growthx.meshing.fields import as_ufl
 from growthx.model.scene import Scene
 
 if TYPE_CHECKING:
-    from growthx.constitutive.energies import Elasticity
     from growthx.constitutive.sources import MassSource
     from growthx.meshing.mesh import Mesh
 
@@ -64,7 +64,9 @@ def _rises(scene: Scene) -> str:
 
 def _extremes(scene: Scene) -> list[tuple[MassSource, Elasticity]]:
     """The laws with numbers for their parameters: all combinations of the ends of those that vary, on this rank."""
-    growth, material = (_ends(law, scene.mesh) for law in (scene.growth, scene.material))
+    growth = _ends(scene.growth, scene.mesh, scene.growth.coefficients)
+    # Sources know of the material its weight and the stiffness.
+    material = _ends(scene.material, scene.mesh, (*Elasticity.coefficients, *scene.material.scales))
     return [
         (replace(scene.growth, **of_growth), replace(scene.material, **of_material))
         for of_growth in growth
@@ -72,14 +74,14 @@ def _extremes(scene: Scene) -> list[tuple[MassSource, Elasticity]]:
     ]
 
 
-def _ends(law: Any, mesh: Mesh) -> list[dict[str, Any]]:
+def _ends(law: Any, mesh: Mesh, names: tuple[str, ...]) -> list[dict[str, Any]]:
     """Combinations of the lowest and highest values of a law's varying parameters; none on a rank without cells."""
-    names = [name for name in law.coefficients if not is_uniform(getattr(law, name))]
-    values = [as_ufl(getattr(law, name), mesh).x.array for name in names]  # collective, each of them
+    varying = [name for name in names if not is_uniform(getattr(law, name))]
+    values = [as_ufl(getattr(law, name), mesh).x.array for name in varying]  # collective, each of them
     if any(len(each) == 0 for each in values):
         return []
     ends = [sorted({float(each.min()), float(each.max())}) for each in values]
-    return [dict(zip(names, some, strict=True)) for some in product(*ends)]
+    return [dict(zip(varying, some, strict=True)) for some in product(*ends)]
 
 
 def highest_power(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:

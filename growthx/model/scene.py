@@ -19,7 +19,7 @@ from growthx.model.actions.faces import Moment, Rotation
 from growthx.model.actions.histories import History, jumps_of
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
-from growthx.model.open_loads import OpenLoad
+from growthx.model.open_loads import OpenLoad, Pressure
 from growthx.model.program import Program
 from growthx.model.supports import PointSupport, Support
 from growthx.model.transport import Influx, PrescribedDensity
@@ -85,6 +85,7 @@ class Scene(Sealed, replaceable=()):
         for open_load in self.open_loads:
             if open_load.on is not None:
                 self.mesh.boundary(open_load.on)
+        self._check_pressures()
         held = [support.components(self.mesh.dim) for support in self.supports]
         springs = any(load.may_hold for load in self.open_loads)
         if not (any(held) or springs or self.inertia):
@@ -134,6 +135,15 @@ class Scene(Sealed, replaceable=()):
         )
         for name, kinds, wanted in parts:
             object.__setattr__(self, name, require_each(getattr(self, name), kinds, f"{name} {of}", wanted))
+
+    def _check_pressures(self) -> None:
+        """Refuse what follows the deformation where the material does not."""
+        for load in self.open_loads:
+            if isinstance(load, Pressure) and self.material.small_strain:
+                raise InputError(
+                    f"the pressure on '{load.on}' follows the deformation, and {type(self.material).__name__} is of "
+                    "small strains, which know none: a Traction would be right"
+                )
 
     def _check_entries(self, load: Load) -> None:
         problem, dim = "", self.mesh.dim

@@ -89,14 +89,15 @@ def _values_of_laws(problem: Discretisation) -> dict[str, Any]:
 
 
 def _with_means(problem: Discretisation, law: Law, in_ufl: Law) -> Law:
-    """The law with numbers for its parameters (collective)."""
+    """The law with numbers for its parameters: means, of directions root mean squares (collective)."""
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     means = {}
     for name in law.coefficients:
         if not is_uniform(getattr(law, name)):
             values = problem.evaluate(getattr(in_ufl, name), points)
-            total, count = problem.comm.allreduce(np.array([values.sum(), values.size]))
-            means[name] = float(total / count)
+            square = name in getattr(law, "directions", ())
+            total, count = problem.comm.allreduce(np.array([(values**2 if square else values).sum(), values.size]))
+            means[name] = float(np.sqrt(total / count) if square else total / count)
     return replace(law, **means)
 
 

@@ -1,0 +1,1 @@
+"""Stored energies beside the paper's: each a function of invariants that keep the digits of small strains."""
