@@ -15,7 +15,7 @@ from typing import Any
 # One thread per rank: MPI is the parallelism, and threads of the BLAS would compete with it for the cores.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-__version__ = "0.1.0"
+from growthx.common.installed import __version__
 
 # Where the public names live.  A module is imported when one of its names is first used: `import growthx` is light.
 _HOME = {

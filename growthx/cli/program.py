@@ -10,6 +10,9 @@ from typing import NoReturn
 from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
 from growthx.cli.femur3d import FEMUR3D
+from growthx.cli.machine.completion import completion
+from growthx.cli.machine.doctor import DOCTOR
+from growthx.cli.machine.versions import VersionAction
 from growthx.cli.mesh import MESH
 from growthx.cli.movie import MOVIE
 from growthx.cli.plate import PLATE, WEINANS
@@ -48,17 +51,16 @@ def _main(arguments: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from growthx import __version__
-
     parser = _Parser(
         prog="growthx",
         description="Density growth of bone at finite strains (Kuhl, Menzel & Steinmann 2003).",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"growthx {__version__}")
+    parser.add_argument("--version", action=VersionAction)
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for command in (*map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS)), MESH, MOVIE):
+    scenes = map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS))
+    for command in (*scenes, MESH, MOVIE, DOCTOR, completion(words.choices)):
         own = words.add_parser(
             command.name,
             help=command.help,

@@ -11,10 +11,10 @@ from typing import Any, cast
 
 from mpi4py import MPI
 
-import growthx
 from growthx.common.checks import require_kind, require_name
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
+from growthx.common.installed import PACKAGE
 from growthx.meshing import formats
 from growthx.meshing.assembly.arrays import as_content
 from growthx.meshing.assembly.body import LARGEST, assemble
@@ -38,8 +38,7 @@ def load_gmsh() -> None:
 def locate(name: str) -> Path:
     """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none."""
     require_name(name, "the name of a mesh file")
-    package = Path(growthx.__file__).resolve().parent
-    folders = [folder for folder in (package / "meshes", package.parent / "meshes") if folder.is_dir()]
+    folders = [folder for folder in (PACKAGE / "meshes", PACKAGE.parent / "meshes") if folder.is_dir()]
     for folder in folders:
         if (folder / name).is_file():
             return folder / name

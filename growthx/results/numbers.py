@@ -19,7 +19,7 @@ def summary(result: Result) -> Mapping[str, object]:
     at_bounds: shares of the volume at the lowest and the highest bound of density, where the law has bounds.
     mass, min_density, max_density: of what grows; `growing` names its regions where other parts of the body rest.
     """
-    from growthx import __version__
+    from growthx.common.installed import __version__
 
     require_result(result)
     problem = result.problem
