@@ -5,17 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import dolfinx
-import numpy as np
 import ufl
 
-from growthx.common.words import place_in_words
 from growthx.constitutive.kinematics import displacement_gradient, volume_change
-from growthx.fem.assembly import assemble
+from growthx.fem.places import Exceptions, first_place
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from growthx.common.arrays import Floats, Marks
     from growthx.discretisation.discretisation import Discretisation
     from growthx.solvers.report import NewtonReport
 
@@ -35,33 +30,36 @@ def inadmissible(problem: Discretisation) -> str:
 
 
 def _turned_over(problem: Discretisation) -> str:
-    mesh = problem.scene.mesh
     if problem.scene.material.small_strain:
         return ""
-    space, u = dolfinx.fem.functionspace(mesh.domain, ("DG", 0)), dolfinx.fem.Function(problem.displacement_space)
-    inverted = ufl.conditional(ufl.gt(volume_change(displacement_gradient(u)), -1), 0.0, 1.0)
-    count = problem.compile.form(inverted * ufl.TestFunction(space) * problem.spaces.whole_volume)
-    midpoints = dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim, mesh.owned_cells)
-    for case, displacement in zip(problem.spaces.cases, problem.system.unknowns.displacement_arrays(), strict=True):
+    spaces, lumped = problem.spaces, problem.system.densities.lumped
+    u = dolfinx.fem.Function(problem.displacement_space)
+    stays = ufl.gt(volume_change(displacement_gradient(u)), -1)
+    points = [(stays, spaces.whole_volume)]
+    if lumped is not None:  # there the source asks for the energy at the nodes
+        points += [(ufl.Or(stays, ufl.Not(here)), nodes) for here, nodes in lumped.places()]
+    looked_at = [Exceptions(condition, volume, u.function_space, problem.compile) for condition, volume in points]
+    for case, displacement in zip(spaces.cases, problem.system.unknowns.displacement_arrays(), strict=True):
         u.x.array[:] = displacement
-        if where := _first(~(assemble(count) == 0), midpoints, mesh.dim, problem.comm):
-            return f"det F ≤ 0 in the cell at {where}" + (f" in the load case '{case.name}'" if case.name else "")
+        for exceptions in looked_at:
+            if where := exceptions.first():
+                return f"det F ≤ 0 in the cell at {where}" + (f" in the load case '{case.name}'" if case.name else "")
     return ""
 
 
 def _without_density(problem: Discretisation) -> str:
     old = problem.state.accepted_density[: len(problem.volumes)]
     gone = ~(problem.system.densities.iterate()[: len(old)] > VANISHED * old)
-    where = _first(gone, problem.density_positions(), problem.scene.mesh.dim, problem.comm)
-    return f"no positive density balances the mass at {where}" if where else ""
+    if where := first_place(gone, problem.density_positions(), problem.scene.mesh.dim, problem.comm):
+        return f"no positive density balances the mass at {where}"
+    where = _between_nodes(problem)
+    return f"the density falls below zero between the nodes of the cell at {where}" if where else ""
 
 
-def _first(wrong: Marks, where: Floats, dim: int, comm: MPI.Intracomm) -> str:
-    """Position of the first entry that is wrong on any rank, as text; empty if none is."""
-    found = np.flatnonzero(wrong)
-    places = comm.allgather(where[found[0]] if len(found) else None)
-    place = next((place for place in places if place is not None), None)
-    if place is None:
+def _between_nodes(problem: Discretisation) -> str:
+    """Polynomials of a higher degree than one may be negative there, beside a cliff."""
+    spaces = problem.spaces
+    if spaces.variant.density.local or spaces.density_space.ufl_element().degree < 2:
         return ""
-    tidy = np.where(np.abs(place) < 1e-12 * np.abs(place).max(), 0.0, place)
-    return place_in_words(tidy[:dim], 4)
+    stays = ufl.gt(problem.system.unknowns.density, 0)
+    return Exceptions(stays, spaces.growing_volume, problem.displacement_space, problem.compile).first()

@@ -128,6 +128,15 @@ def test_a_run_that_fails_at_once_says_so():
     assert not np.any(displacements(result.problem)[:, 2:])
 
 
+@pytest.mark.parametrize("variant", [gx.P2P2, gx.Q2Q2], ids=lambda variant: variant.name)
+def test_a_quadratic_density_that_is_negative_between_its_nodes_is_named(variant):
+    """Beside a cliff a parabola through positive values dips below zero, where a broken exponent gives no number."""
+    material = gx.Material(young=1.0, density_exponent=1.5)
+    cliff = {"material": material, "initial_density": lambda x: np.where(x[0] < 0.7, 1e-3, 10.0)}
+    with pytest.raises(gx.RunEndedEarly, match=r"the density falls below zero between the nodes of the cell at \(0\."):
+        gx.solve(block(square(4, shape=variant.cells[0]), **cliff), variant)
+
+
 @kinds
 def test_steps_begin_where_the_last_one_points(variant):
     """Where the load goes on as it went, a linear continuation saves iterations and leads to the same state."""

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blocks import COMM
+from blocks import COMM, set_iterate
 
 import growthx as gx
+from growthx.stepping.failure import inadmissible
 from growthx.stepping.positivity import Positivity
 from growthx.stepping.time_schemes import SDIRK2
 
@@ -157,3 +158,20 @@ def test_another_march_goes_on_with_the_same_nodes():
     one, other = ends(True), ends(False)
     assert_same(one, other)
     assert any(step.lumped_cells for step in one)
+
+
+def test_an_energy_that_is_missed_at_a_node_is_named():
+    """Where lumping asks for the energy at a node, det F there may be below zero with all Gauss points above it.
+
+    Said before: "the residual is not a number".
+    """
+    problem = gx.discretise(scene(cells=2), gx.Q1Q1)
+    problem.system.begin_step(0.1, 0.0)
+
+    def dented(x):  # the middle node beyond the line between its neighbours, 0.3 along the diagonal
+        return 0.3 * np.isclose(x[:2], 0.5).all(axis=0) * np.ones((2, 1))
+
+    set_iterate(problem, dented, lambda x: np.ones(x.shape[1]))
+    assert not inadmissible(problem)
+    problem.system.densities.lumped.spread(np.ones_like(problem.density.x.array, dtype=bool))
+    assert inadmissible(problem) == "det F ≤ 0 in the cell at (0.75, 0.75)"

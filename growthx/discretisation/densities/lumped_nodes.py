@@ -88,6 +88,12 @@ class LumpedNodes:
         here = part[part < self._unknowns.owned]
         return self._spaces.comm.allreduce(-sum(float(assemble(form)[here].sum()) for form in self.residuals))
 
+    def places(self) -> list[tuple[Any, ufl.Measure]]:
+        """Where lumping asks for densities and energies at the nodes: a condition in UFL, and the measure's points."""
+        if not self.cells or self._where is None:
+            return []
+        return [(ufl.gt(self._where, 0.5), self._mass.nodes)]
+
     def _set(self, lumped: Marks) -> None:
         self._lumped = lumped
         space = self._spaces.density_space

@@ -92,8 +92,12 @@ class Mass:
 
     def _rule(self, test: Any, lumped: bool) -> tuple[Any, ufl.Measure]:
         """Test function and measure of a term: Gauss points or, lumped, the nodes of the cells."""
-        volume = self._spaces.growing_volume
-        return (self._shares * test, at_nodes(volume, self._degree)) if lumped else (test, volume)
+        return (self._shares * test, self.nodes) if lumped else (test, self._spaces.growing_volume)
+
+    @property
+    def nodes(self) -> ufl.Measure:
+        """The nodes of the cells that grow, as points of integration."""
+        return at_nodes(self._spaces.growing_volume, self._degree)
 
     @cached_property
     def _shares(self) -> dolfinx.fem.Function:
