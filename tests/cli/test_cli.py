@@ -538,3 +538,12 @@ raise SystemExit(cli.main(sys.argv[1:]))
     assert run.returncode == 1
     assert run.stderr.startswith("growthx: the results cannot be written to out") and run.stderr.count("\n") == 1
     assert json.loads(run.stdout)["converged"] is True
+
+
+def test_another_energy_by_its_name(tmp_path):
+    """`--energy` changes the answer a little; a name that there is not is told with those there are."""
+    arguments = ("plate", "--n", 4)
+    paper, hencky = (answer(*arguments, *more, folder=tmp_path)["mass"] for more in ((), ("--energy", "hencky")))
+    assert paper != hencky == pytest.approx(paper, rel=0.05)
+    wrong = growthx(*arguments, "--energy", "hookean", folder=tmp_path)
+    assert wrong.returncode == 2 and "hookean" in wrong.stderr and "hencky" in wrong.stderr

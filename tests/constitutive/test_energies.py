@@ -17,6 +17,7 @@ from growthx.common.errors import InputError
 from growthx.constitutive.elastic.catalogue import NAMED, named
 from growthx.constitutive.elastic.isotropic import Hencky, MooneyRivlin, Ogden, SaintVenantKirchhoff
 from growthx.constitutive.homogeneous import uniaxial_equilibrium
+from growthx.discretisation.variants import CATALOGUE
 from growthx.model.trials import number
 
 E, NU = 2.0, 0.3
@@ -421,8 +422,8 @@ def test_the_command_line_names_the_energies():
         )
 
 
-def test_homogeneous_states_and_the_staggered_baseline_follow():
-    """Biological equilibrium of a bar of Hencky's energy by its formula; the staggered baseline ends there as well."""
+def test_homogeneous_states_follow():
+    """Biological equilibrium of a bar of Hencky's energy by its formula."""
     material, growth = Hencky(1.0, 0.25, 1.2), gx.EnergyDrivenGrowth(0.05, 4.0)
     at = uniaxial_equilibrium(material, growth, 0.3)
     logs = np.log([at.stretch, at.transverse_stretch])
@@ -431,3 +432,57 @@ def test_homogeneous_states_and_the_staggered_baseline_follow():
     assert 1.2 / at.density * energy_ == pytest.approx(0.05, rel=1e-9)
     assert (at.density / 1.2) ** 2 * (lam * logs.sum() + 2 * mu * logs[0]) / at.stretch == pytest.approx(0.3, rel=1e-9)
     assert lam * logs.sum() + 2 * mu * logs[1] == pytest.approx(0, abs=1e-12)
+
+
+TINY = 1e-4  # nominal strain
+
+
+def tiny(material, shape="quadrilateral"):
+    """A block at bone's modulus and strains, that grows by a few per cent in two steps."""
+    energy = material.young * TINY**2
+    return block(
+        square(2, 0.1, shape=shape),
+        material=material,
+        loads=(gx.Traction("right", (material.young * TINY, -0.3 * material.young * TINY)),),
+        growth=gx.EnergyDrivenGrowth(0.4 * energy, rate=1 / energy),
+        program=gx.Program(step=0.05, until=0.1),
+    )
+
+
+@pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
+def test_at_small_strains_all_are_hookes_law_in_every_variant(variant):
+    """Where they must agree, at 17 000 MPa and 1e-4, linear elasticity and the paper's energy do, to the strain."""
+    results = [
+        gx.solve(tiny(kind(17e3, NU, 1.2), variant.cells[0]), variant) for kind in (gx.Material, NAMED["linear"])
+    ]
+    grown, linear = (result.problem.mass() - 1.2 for result in results)
+    assert abs(grown) > 0.01
+    assert linear == pytest.approx(grown, rel=50 * TINY)
+    assert linear != grown
+    assert all(result.steps[-1].mass_defect < 1e-10 for result in results)
+
+
+@pytest.mark.parametrize("kind", [Hencky, MooneyRivlin, SaintVenantKirchhoff, Ogden])
+def test_at_small_strains_the_others_are_too(kind):
+    """With a density per cell."""
+    paper, other = (gx.solve(tiny(each(17e3, NU, 1.2)), gx.Q1P0).problem.mass() - 1.2 for each in (gx.Material, kind))
+    assert other == pytest.approx(paper, rel=50 * TINY)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1], ids=lambda variant: variant.name)
+def test_updates_after_equilibrium_take_them(variant):
+    """The staggered baseline with linear elasticity is that with the paper's energy at small strains."""
+    ends = []
+    for kind in (gx.Material, gx.LinearElasticity):
+        *_, last = gx.baselines.update(tiny(kind(17e3, NU, 1.2)), variant)
+        ends.append(last.mass - 1.2)
+    assert abs(ends[0]) > 0.01
+    assert ends[1] == pytest.approx(ends[0], rel=50 * TINY)
+
+
+def test_the_check_of_a_state_takes_them():
+    """m > n by its numbers: of linear elasticity as of the paper's energy; and a law that is not well posed is told."""
+    for exponent, holds in ((3.0, True), (1.0, False)):
+        scene = tiny(gx.LinearElasticity(17e3, NU, 1.2))
+        scene = replace(scene, growth=replace(scene.growth, exponent=exponent))
+        assert gx.wellposedness.check(gx.solve(scene, gx.Q1P0).problem).holds == holds
