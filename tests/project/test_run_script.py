@@ -276,7 +276,7 @@ def test_an_unknown_environment_is_refused(checkout):
 def test_a_signal_ends_the_command_itself(machine, name):
     """The command takes the script's place, also for those who send the signal: no process stays."""
     process = machine.start("sleep", "60")
-    wait_until(lambda: any(b"sleep" in _words(each) for each in machine.processes()))
+    wait_until(lambda: any(_words(each)[0].endswith(b"sleep") for each in machine.processes()))  # not "./run sleep 60"
     process.send_signal(getattr(signal, name))
     process.communicate(timeout=20)
     assert process.returncode == -getattr(signal, name)

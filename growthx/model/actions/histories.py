@@ -72,16 +72,16 @@ class Table(Sealed, replaceable=()):
         from growthx.common.communicators import steady
 
         require_path(path, "the file of a history")
-        ranks = steady(comm or MPI.COMM_WORLD)
+        comm = steady(comm or MPI.COMM_WORLD)
         rows, problem = [], ""
-        if ranks.rank == 0:
+        if comm.rank == 0:
             try:
                 rows = _rows_of(Path(path))
                 cls(tuple(rows))
             except InputError as error:
                 problem = str(error) if str(path) in str(error) else f"{path}: {error}"
-        raise_on_all(ranks, problem)
-        return cls(tuple(ranks.bcast(rows)))
+        raise_on_all(comm, problem)
+        return cls(tuple(comm.bcast(rows)))
 
     def __call__(self, time: float) -> float:
         """The share at a time; at a jump, that before it."""
