@@ -1,0 +1,60 @@
+"""Sphinx's settings of the site."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import growthx
+from docs.site import contents, prose
+
+project = "growthx"
+author = "the growthx developers"
+copyright = author
+version = release = growthx.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+html_theme = "sphinx_book_theme"
+html_title = f"growthx {release}"
+html_theme_options = {"use_download_button": True, "show_toc_level": 2, "home_page_in_toc": True}
+html_show_sourcelink = True
+
+# Tutorials run at each build, and an error in one ends it.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_in_temp = False  # beside the page, which shows the pictures that it leaves
+nb_execution_timeout = 300
+nb_merge_streams = True
+
+myst_enable_extensions = ["deflist"]
+myst_heading_anchors = 4  # as the repository's pages link to their headings
+
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+autodoc_default_options = {"members": True, "show-inheritance": True}
+
+nitpicky = True
+# Types in signatures. Links go to what is public; the rest names other libraries, which have sites of their own and
+# cannot be looked up offline, type variables and aliases, and what growthx keeps to itself.
+nitpick_ignore_regex = [("py:.*", r"(?!growthx\.).*"), ("py:.*", r"growthx\.\w+\.[\w.]+")]
+
+
+def _docstring(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    lines[:] = prose.as_text(lines, KNOWN)
+
+
+def _public(app: Any, env: Any, node: Any, content: Any) -> Any:
+    """A link to a public name from its name alone, or from where it is at home."""
+    name = node.get("reftarget", "").rpartition(".")[2]
+    if node.get("refdomain") == "py" and name in growthx._HOME and node["reftarget"] != f"growthx.{name}":
+        return env.domains["py"].resolve_xref(env, node["refdoc"], app.builder, "obj", f"growthx.{name}", node, content)
+    return None
+
+
+KNOWN = contents.documented()
+
+
+def setup(app: Any) -> None:
+    """Have docstrings read as what they are, and links find what is public."""
+    app.connect("autodoc-process-docstring", _docstring)
+    app.connect("missing-reference", _public)
