@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
+
+from sphinx.util.inspect import signature, stringify_signature
 
 import growthx
 from docs.site import contents, prose
@@ -30,6 +33,7 @@ myst_heading_anchors = 4  # as the repository's pages link to their headings
 
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True  # as the code has them: MPI.COMM_WORLD instead of an object at some address
 python_use_unqualified_type_names = True
 autodoc_default_options = {"members": True, "show-inheritance": True}
 
@@ -41,6 +45,42 @@ nitpick_ignore_regex = [("py:.*", r"(?!growthx\.).*"), ("py:.*", r"growthx\.\w+\
 
 def _docstring(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
     lines[:] = prose.as_text(lines, KNOWN)
+
+
+def _signature(
+    _app: Any, what: str, _name: str, value: Any, _options: Any, told: str | None, returns: str | None
+) -> Any:
+    """Of a class whose metaclass takes any arguments, that of its constructor."""
+    if what != "class" or not told or not told.startswith("(*values"):
+        return told, returns
+    parameters = signature(value.__init__, bound_method=True)
+    own = [
+        each.replace(
+            default=inspect.Parameter.empty if each.default is inspect.Parameter.empty else _Default(each.default)
+        )
+        for each in parameters.parameters.values()
+    ]
+    words = stringify_signature(
+        parameters.replace(parameters=own), unqualified_typehints=True, show_return_annotation=False
+    )
+    return words, returns
+
+
+class _Default:
+    """A default as a signature shows it, without addresses."""
+
+    def __init__(self, value: Any) -> None:
+        self.text = "…" if " at 0x" in repr(value) or "<factory>" in repr(value) else repr(value)
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def _bases(_app: Any, _name: str, _value: Any, _options: Any, bases: list[Any]) -> None:
+    """The public ones: what else a class is built on is growthx's own affair."""
+    bases[:] = [base for base in bases if getattr(base, "__name__", "") in growthx._HOME or base is Exception] or [
+        object
+    ]
 
 
 def _public(app: Any, env: Any, node: Any, content: Any) -> Any:
@@ -57,4 +97,6 @@ KNOWN = contents.documented()
 def setup(app: Any) -> None:
     """Have docstrings read as what they are, and links find what is public."""
     app.connect("autodoc-process-docstring", _docstring)
+    app.connect("autodoc-process-signature", _signature)
+    app.connect("autodoc-process-bases", _bases)
     app.connect("missing-reference", _public)

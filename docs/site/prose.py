@@ -37,7 +37,7 @@ def _block(block: str, known: set[str]) -> list[str]:
     for names, words in parts:
         if words:
             sentence = _inline(" ".join(words), known)
-            told += [f"- **{SPECIAL.sub(r'\\\1', names)}**: {sentence}" if names else sentence, ""]
+            told += [f"- **{_plain(names)}**: {sentence}" if names else sentence, ""]
     return told
 
 
@@ -45,8 +45,12 @@ def _inline(text: str, known: set[str]) -> str:
     """A paragraph in one line: nothing in it is markup but what stands between backticks."""
     parts = text.split("`")
     if len(parts) % 2 == 0:
-        return SPECIAL.sub(r"\\\1", text.replace("`", "'"))
-    return "".join(_code(part, known) if odd % 2 else SPECIAL.sub(r"\\\1", part) for odd, part in enumerate(parts))
+        return _plain(text.replace("`", "'"))
+    return "".join(_code(part, known) if odd % 2 else _plain(part) for odd, part in enumerate(parts))
+
+
+def _plain(text: str) -> str:
+    return SPECIAL.sub(r"\\\1", text)
 
 
 def _code(text: str, known: set[str]) -> str:

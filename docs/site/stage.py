@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import growthx
-from docs.site import contents
+from docs.site import contents, prose
 from docs.site.contents import ROOT
 
 LINK = re.compile(r"(?P<text>\[[^\]]*\])\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
@@ -82,8 +82,6 @@ def _api() -> Iterator[tuple[str, str]]:
 
 
 def _names(title: str, purpose: str, names: list[str]) -> str:
-    from docs.site import prose
-
     told = [title, "=" * len(title), "", *prose.as_text(purpose.splitlines(), ())]
     for name in names:
         told += [*_name(name, contents.found(name)), ""]
@@ -99,8 +97,7 @@ def _name(name: str, value: Any) -> list[str]:
         text = (inspect.getdoc(value) or "").partition("\n")[0]
     else:
         text = ", ".join(map(str, value)) if isinstance(value, dict | tuple | set) else str(value)
-    from docs.site import prose
-
+    text = re.sub(" at 0x[0-9a-f]+", "", text)
     return [f".. py:data:: growthx.{name}", "", *(f"   {line}" for line in prose.as_text([text], ()))]
 
 

@@ -12,9 +12,9 @@ import growthx as gx
 # %% [markdown]
 # ## The law
 #
-# With S = [ρ/ρ\*]ᵏ D(Ψ₀ⁿᵉᵒ), mass grows by R₀ = c [S − attractor]. `power` is k; `drive` is D, a function of the energy
-# per volume that the material would have at its reference density. Here more energy than Ψₘ raises the stimulus no
-# further, as if cells were saturated.
+# With S = [ρ/ρ\*]ᵏ D(Ψ₀ⁿᵉᵒ), mass grows by R₀ = c [S − attractor]. `power` is k; `drive` is D, a function of the
+# energy per volume that the material would have at its reference density. Here more energy than Ψₘ raises the
+# stimulus no further, as if cells were saturated.
 
 
 # %%
@@ -57,16 +57,16 @@ for name, law in laws.items():
 #
 # ## Is it well posed?
 #
-# A law whose stimulus rises with the density has no unique answer. Two numbers judge a state: the lowest
-# 1 − Δt ∂R₀/∂ρ of all points, and the negative pivots of the tangent for long times.
+# A law whose stimulus rises with the density has no unique answer. Two numbers judge a state: the lowest 1 − Δt
+# ∂R₀/∂ρ of all points, and the negative pivots of the tangent for long times.
 
 # %%
 print(gx.wellposedness.check(result.problem))
 
 # %% [markdown]
-# **Vary it.** `bounds` keep the density between two values, and a `dead_zone` leaves small differences without growth;
-# [growth laws](../docs/models.md) has these and the laws that are there, [the theory](../docs/theory.md) sources of another
-# form (`gx.MassSource`) and [stored energies](../docs/energies.md) of your own.
+# **Vary it.** `bounds` keep the density between two values, and a `dead_zone` leaves small differences without
+# growth; [growth laws](../docs/models.md) has these and the laws that are there, [the theory](../docs/theory.md)
+# sources of another form (`gx.MassSource`) and [stored energies](../docs/energies.md) of your own.
 
 # %%
 for variant in ("Q1P0", "Q1", "Q1Q1"):

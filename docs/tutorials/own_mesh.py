@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Your own mesh and load cases
 #
-# Bone that carries two loads in turn becomes another one than bone that carries their sum. This page makes a mesh from
-# arrays, names its boundaries, and lets two load cases act on it.
+# Bone that carries two loads in turn becomes another one than bone that carries their sum. This page makes a mesh
+# from arrays, names its boundaries, and lets two load cases act on it.
 
 # %%
 import numpy as np
@@ -12,9 +12,9 @@ import growthx as gx
 # %% [markdown]
 # ## A mesh
 #
-# Arrays will do: nodes, and the nodes of each cell, here a column of 12 × 24 quadrilaterals. In their place may be a file,
-# `gx.meshing.read("mine.msh")`: [meshes](../docs/meshes.md) has the formats, and `growthx mesh mine.msh` tells what a file
-# holds before a script is written.
+# Arrays will do: nodes, and the nodes of each cell, here a column of 12 × 24 quadrilaterals. In their place may be a
+# file, `gx.meshing.read("mine.msh")`: [meshes](../docs/meshes.md) has the formats, and `growthx mesh mine.msh` tells
+# what a file holds before a script is written.
 
 # %%
 columns, rows = 12, 24
@@ -25,8 +25,8 @@ cells = np.column_stack([first, first + 1, first + columns + 2, first + columns 
 mesh = gx.meshing.from_arrays(points, cells)
 
 # %% [markdown]
-# Boundaries have names. A file brings its own; others are told by a function of position, which is asked for the corners
-# of the sides.
+# Boundaries have names. A file brings its own; others are told by a function of position, which is asked for the
+# corners of the sides.
 
 # %%
 mesh = mesh.named(
@@ -40,8 +40,8 @@ mesh = mesh.named(
 # %% [markdown]
 # ## Load cases
 #
-# Each case has its displacement; the density grows by the mean of their energies, weighted by daily cycles. Loads are in
-# the units of Young's modulus.
+# Each case has its displacement; the density grows by the mean of their energies, weighted by daily cycles. Loads are
+# in the units of Young's modulus.
 
 # %%
 left = gx.DistributedForce("left half", (0.01, -0.03))
@@ -68,8 +68,8 @@ together = column(loads=(left, right))
 # %% [markdown]
 # ## The run
 #
-# `stepping=gx.AdaptiveSteps(1e-2)` chooses the time steps by the error of density in each. A run that meets trouble says
-# when, where and why; a wrong name or value ends it with a sentence before it begins.
+# `stepping=gx.AdaptiveSteps(1e-2)` chooses the time steps by the error of density in each. A run that meets trouble
+# says when, where and why; a wrong name or value ends it with a sentence before it begins.
 
 # %%
 results = {}
@@ -84,8 +84,8 @@ gx.plots.densities({name: result.problem for name, result in results.items()}, "
 # %% [markdown]
 # ![Density of the column under loads in turn and together](column.png)
 #
-# **Vary it.** `gx.solve(…, out="results/column", frames=20)` leaves fields for ParaView and
-# [the states on the way](../docs/states.md); [loads](../docs/loads.md) has muscles, moments, pressures and springs;
+# **Vary it.** `gx.solve(…, out="results/column", frames=20)` leaves fields for ParaView and [the states on the
+# way](../docs/states.md); [loads](../docs/loads.md) has muscles, moments, pressures and springs;
 # `gx.meshing.from_arrays(…, regions={"implant": …})` names parts of the body, and `growing=("bone",)` of a scene lets
 # others rest.
 
