@@ -35,7 +35,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True  # as the code has them: MPI.COMM_WORLD instead of an object at some address
 python_use_unqualified_type_names = True
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
 
 nitpicky = True
 # Types in signatures. Links go to what is public; the rest names other libraries, which have sites of their own and
@@ -77,10 +77,7 @@ class _Default:
 
 
 def _bases(_app: Any, _name: str, _value: Any, _options: Any, bases: list[Any]) -> None:
-    """The public ones: what else a class is built on is growthx's own affair."""
-    bases[:] = [base for base in bases if getattr(base, "__name__", "") in growthx._HOME or base is Exception] or [
-        object
-    ]
+    bases[:] = contents.public_bases(bases)
 
 
 def _public(app: Any, env: Any, node: Any, content: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -117,6 +118,13 @@ def documented() -> set[str]:
 def is_property(member: Any) -> bool:
     """Whether an attribute of a class is computed by a function of its own."""
     return isinstance(member, property | staticmethod | classmethod) or hasattr(member, "func")
+
+
+def public_bases(bases: Iterable[Any]) -> list[Any]:
+    """Those that users know; what else a class is built on is growthx's own affair."""
+    return [
+        base for base in bases if base is Exception or getattr(growthx, getattr(base, "__name__", ""), None) is base
+    ]
 
 
 def is_module(value: Any) -> bool:

@@ -38,7 +38,7 @@ def _block(block: str, known: set[str]) -> list[str]:
         if words:
             sentence = _inline(" ".join(words), known)
             told += [f"- **{_plain(names)}**: {sentence}" if names else sentence, ""]
-    return told
+    return told[:-1]
 
 
 def _inline(text: str, known: set[str]) -> str:

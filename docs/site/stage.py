@@ -90,7 +90,8 @@ def _names(title: str, purpose: str, names: list[str]) -> str:
 
 def _name(name: str, value: Any) -> list[str]:
     if inspect.isclass(value):
-        return [f".. autoclass:: growthx.{name}"]
+        shown = ["   :show-inheritance:"] if contents.public_bases(value.__bases__) else []
+        return [f".. autoclass:: growthx.{name}", *shown]
     if inspect.isroutine(value):
         return [f".. autofunction:: growthx.{name}"]
     if contents.is_module(value):
