@@ -8,12 +8,12 @@ import shutil
 import sys
 from pathlib import Path
 
-from docs.site import stage
+from docs.site import links, stage
 from docs.site.contents import HERE, ROOT
 
 
 def main(folder: Path) -> int:
-    """Stage and build in a folder; every warning is an error. Returns the exit status."""
+    """Stage and build in a folder; every warning is an error, and so is a link to nowhere. Returns the status."""
     from sphinx.cmd.build import build_main
 
     source, site = folder / "source", folder / "html"
@@ -24,8 +24,12 @@ def main(folder: Path) -> int:
     _name_kernel(folder / "jupyter")
     settings = ["-c", str(HERE), "-d", str(folder / "doctrees"), "-E", "-q", "-n", "-W", "--keep-going"]
     status = build_main([*settings, "-b", "html", str(source), str(site)])
+    nowhere = links.broken(site) if status == 0 else []
+    for link in nowhere:
+        print(f"{link} leads nowhere", file=sys.stderr)
+    status = status or bool(nowhere)
     print(f"the site is {site / 'index.html'}" if status == 0 else "the site could not be built: see above")
-    return status
+    return int(status)
 
 
 def _name_kernel(folder: Path) -> None:

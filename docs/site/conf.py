@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from typing import Any
 
 from sphinx.util.inspect import signature, stringify_signature
@@ -88,6 +89,16 @@ def _public(app: Any, env: Any, node: Any, content: Any) -> Any:
     return None
 
 
+WAY_BACK = re.compile(r'<a class="viewcode-back" href="[^"#]*#([^"]+)">.*?</a>')
+
+
+def _ways_back(app: Any, page: str, _template: str, context: dict[str, Any], _doctree: Any) -> None:
+    """Pages of code lead to where names are told: Sphinx thinks that all names of a module are told as one room's."""
+    if page.startswith("_modules/") and "body" in context:
+        told = app.env.domains["py"].objects
+        context["body"] = WAY_BACK.sub(lambda way: way[0] if way[1] in told else "", context["body"])
+
+
 KNOWN = contents.documented()
 
 
@@ -96,4 +107,5 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-docstring", _docstring)
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-process-bases", _bases)
+    app.connect("html-page-context", _ways_back)
     app.connect("missing-reference", _public)

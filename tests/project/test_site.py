@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import growthx
-from docs.site import contents, prose
+from docs.site import contents, links, prose
 from docs.site.contents import HERE, ROOT
 
 
@@ -84,6 +84,17 @@ def test_docstrings_become_text():
         "",
     ]
     assert prose.as_text(["    a = 1"], ()) == ["::", "", "        a = 1", ""]
+
+
+@pytest.mark.serial
+def test_links_that_lead_nowhere_are_found(tmp_path):
+    """A page, an anchor and a picture that are not there; what is there, and other hosts, are left alone."""
+    (tmp_path / "api").mkdir()
+    (tmp_path / "a%b.html").write_text('<p id="here"><a href="#here"><a href="#there"><img src="no.png">', "utf-8")
+    (tmp_path / "api" / "b.html").write_text(
+        '<a href="../a%25b.html#here"><a href="../c.html?x=1"><a href="https://doi.org/1">', "utf-8"
+    )
+    assert links.broken(tmp_path) == ["a%b.html: #there", "a%b.html: no.png", "api/b.html: ../c.html?x=1"]
 
 
 @pytest.mark.serial
