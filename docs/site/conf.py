@@ -19,7 +19,12 @@ version = release = growthx.__version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 html_theme = "sphinx_book_theme"
 html_title = f"growthx {release}"
-html_theme_options = {"use_download_button": True, "show_toc_level": 2, "home_page_in_toc": True}
+html_theme_options = {
+    "use_download_button": True,
+    "show_toc_level": 2,
+    "home_page_in_toc": True,
+    "navbar_persistent": [],  # the search is beside the pages, and once is enough
+}
 html_show_sourcelink = True
 
 # Tutorials run at each build, and an error in one ends it.

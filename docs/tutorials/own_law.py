@@ -70,4 +70,5 @@ print(gx.wellposedness.check(result.problem))
 
 # %%
 for variant in ("Q1P0", "Q1", "Q1Q1"):
-    assert masses["the paper's", variant] > masses["saturated at 1", variant] > masses["saturated at 0.01", variant]
+    paper, at_1, at_001 = (masses[name, variant] for name in laws)
+    assert paper > at_1 > at_001
