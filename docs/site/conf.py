@@ -6,6 +6,7 @@ import inspect
 import re
 from typing import Any
 
+from docutils import nodes
 from sphinx.util.inspect import signature, stringify_signature
 
 import growthx
@@ -27,9 +28,9 @@ html_theme_options = {
 }
 html_show_sourcelink = True
 
-# Tutorials run at each build, and an error in one ends it.
+# Tutorials run at each build; an error in one is a warning with its traceback, and a warning ends the build.
 nb_execution_mode = "force"
-nb_execution_raise_on_error = True
+nb_execution_show_tb = True
 nb_execution_in_temp = False  # beside the page, which shows the pictures that it leaves
 nb_execution_timeout = 300
 nb_merge_streams = True
@@ -94,6 +95,20 @@ def _public(app: Any, env: Any, node: Any, content: Any) -> Any:
     return None
 
 
+CALL = re.compile(r"gx\.([\w.]+)(?:\(.*\))?")
+
+
+def _link_names(app: Any, tree: nodes.document, page: str) -> None:
+    """In prose, `gx.Scene` and `gx.solve(…)` lead to where they are told."""
+    told = app.env.domains["py"].objects
+    for literal in list(tree.findall(nodes.literal)):
+        called = CALL.fullmatch(literal.astext())
+        entry = called and told.get(f"growthx.{called[1]}")
+        if entry and not isinstance(literal.parent, nodes.reference):
+            address = f"{app.builder.get_relative_uri(page, entry.docname)}#{entry.node_id}"
+            literal.replace_self(nodes.reference("", "", literal.deepcopy(), internal=True, refuri=address))
+
+
 WAY_BACK = re.compile(r'<a class="viewcode-back" href="[^"#]*#([^"]+)">.*?</a>')
 
 
@@ -112,5 +127,6 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-docstring", _docstring)
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-process-bases", _bases)
+    app.connect("doctree-resolved", _link_names)
     app.connect("html-page-context", _ways_back)
     app.connect("missing-reference", _public)

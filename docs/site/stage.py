@@ -22,6 +22,8 @@ def stage(folder: Path) -> None:
     """Fill a folder with all sources: pages, what they show, tutorials as notebooks, pages of the API and commands."""
     for name in contents.PROJECT:
         _page(ROOT / f"{name}.md", folder)
+    tour = folder / "README.md"
+    tour.write_text(tour.read_text(encoding="utf-8").replace("# growthx", "# A tour", 1), encoding="utf-8")
     for name in contents.EXPLANATIONS:
         _page(ROOT / "docs" / f"{name}.md", folder)
     for name in contents.RESULTS:

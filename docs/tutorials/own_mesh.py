@@ -18,7 +18,8 @@ import growthx as gx
 
 # %%
 columns, rows = 12, 24
-across, along = np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 2.0, rows + 1)
+across = np.linspace(0.0, 1.0, columns + 1)
+along = np.linspace(0.0, 2.0, rows + 1)
 x, y = np.meshgrid(across, along)
 points = np.column_stack([x.ravel(), y.ravel()])
 first = np.add.outer(np.arange(rows) * (columns + 1), np.arange(columns)).ravel()
