@@ -7,7 +7,9 @@ import inspect
 import os
 import re
 import shutil
+import textwrap
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import growthx
 from docs.site import contents, prose
 from docs.site.contents import ROOT
 
+WIDTH = 78  # characters of code that a page shows without scrolling
 LINK = re.compile(r"(?P<text>\[[^\]]*\])\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 
 
@@ -105,13 +108,16 @@ def _name(name: str, value: Any) -> list[str]:
 
 
 def _commands() -> str:
-    """What `growthx COMMAND --help` tells, for every command."""
+    """What `growthx COMMAND --help` tells, for every command, in lines that fit the page; what all end with, once."""
     from growthx.cli.program import _parser
 
-    os.environ["COLUMNS"] = "100"  # of the terminal that argparse writes for
     parser = _parser()
+    parser.epilog = textwrap.fill(parser.epilog or "", WIDTH)
     (words,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
     told = ["# Commands", "", "Each command's own help; [exit statuses](exit_statuses.md) have a page.", ""]
     for title, each in {"growthx": parser, **{f"growthx {name}": own for name, own in words.choices.items()}}.items():
+        if each is not parser:
+            each.epilog = None
+        each.formatter_class = partial(argparse.RawDescriptionHelpFormatter, width=WIDTH)
         told += [f"## {title}", "", "```text", each.format_help().rstrip(), "```", ""]
     return "\n".join(told)

@@ -68,6 +68,27 @@ def test_links_of_its_own_pages_hold():
             assert file in made | own or (ROOT / file).is_file(), f"{path.name}: {target}"
 
 
+def test_the_page_on_files_has_what_a_run_leaves(shared_folder):
+    """Every file, every column of the history and every key of --json, as a run has them today."""
+    page = (HERE / "files.md").read_text(encoding="utf-8")
+    told = {word for code in re.findall(r"`([^`\n]+)`", page) for word in re.split(r"[,\s]+", code)}
+    result = growthx.solve(growthx.scenes.plate(2), growthx.Q1P0, out=shared_folder / "run", checkpoint=10)
+    assert set(growthx.results.summary(result)) <= told
+    header = (shared_folder / "run" / "history.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert {name for name in header.split(",") if not name.startswith("reaction_")} <= told
+    files = {re.sub(r"(_p)?\d+(_\d+)?|-\d+", "", path.name) for path in (shared_folder / "run").iterdir()}
+    assert files <= {re.sub(r"(_p)?…|-…|-N+", "", name) for name in told}
+
+
+def test_the_page_on_exit_statuses_has_all_of_them():
+    """As the help of every command tells them."""
+    from growthx.cli.program import EPILOG
+
+    statuses, *_ = EPILOG.partition("In parallel")
+    page = (HERE / "exit_statuses.md").read_text(encoding="utf-8")
+    assert re.findall(r"\b\d+\b", statuses) == re.findall(r"^\| (\d+) \|", page, re.MULTILINE)
+
+
 def test_docstrings_become_text():
     """What docutils would take for markup is told as it stands; parameters become a list, public names links."""
     lines = prose.as_text(
