@@ -21,12 +21,22 @@ def is_symbolic(x: Any) -> bool:
 
 
 def sqrt(x: Any) -> Any:
-    """Square root."""
+    """Square root.
+
+    Example:
+        >>> float(gx.functions.sqrt(4.0))
+        2.0
+    """
     return ufl.sqrt(x) if is_symbolic(x) else np.sqrt(x)
 
 
 def ln(x: Any) -> Any:
-    """Natural logarithm."""
+    """Natural logarithm.
+
+    Example:
+        >>> float(gx.functions.ln(1.0))
+        0.0
+    """
     return ufl.ln(x) if is_symbolic(x) else np.log(x)
 
 
@@ -43,12 +53,22 @@ def positive_part(x: Any, width: Any) -> Any:
 
 
 def smaller(x: Any, y: Any) -> Any:
-    """The smaller of two."""
+    """The smaller of two.
+
+    Example:
+        >>> float(gx.functions.smaller(1.5, 1.0))
+        1.0
+    """
     return ufl.conditional(ufl.lt(x, y), x, y) if is_symbolic(x) or is_symbolic(y) else np.minimum(x, y)
 
 
 def between(x: Any, low: float, high: float) -> Any:
-    """x, or the bound that it lies beyond."""
+    """x, or the bound that it lies beyond.
+
+    Example:
+        >>> float(gx.functions.between(1.5, 0.0, 1.0))
+        1.0
+    """
     if is_symbolic(x):
         return ufl.conditional(ufl.lt(x, low), low, ufl.conditional(ufl.gt(x, high), high, x))
     real = np.real(x)
@@ -56,7 +76,12 @@ def between(x: Any, low: float, high: float) -> Any:
 
 
 def ln1p(x: Any) -> Any:
-    """ln(1 + x), of a relative error near round-off for small x, too; not a number below −1."""
+    """ln(1 + x), of a relative error near round-off for small x, too; not a number below −1.
+
+    Example:
+        >>> float(gx.functions.ln1p(0.0))
+        0.0
+    """
     # NumPy's own, of complex numbers, is ln of their sum with one.
     return x - ln1p_excess(x) if is_symbolic(x) or np.iscomplexobj(x) else np.log1p(x)
 

@@ -68,6 +68,11 @@ def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) ->
     energy, stimulus and stress of a stiffness without the weight [ρ/ρ*]ⁿ.
     What is read off a tensor, such as von Mises' stress, is that of the cell's mean tensor.
     Raises InputError for names that are no fields, or of which the problem has none.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.cell_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     return CellFields(problem, _names(fields, problem)).values()

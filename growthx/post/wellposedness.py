@@ -49,7 +49,12 @@ class WellPosedness:
 
 
 def check(problem: Discretisation) -> WellPosedness:
-    """Examine the state that a problem is in, on request: it costs the compilation and factorisation of a tangent."""
+    """Examine the state that a problem is in, on request: it costs the compilation and factorisation of a tangent.
+
+    Example:
+        >>> gx.wellposedness.check(gx.discretise(gx.scenes.plate(2), gx.Q1P0)).exponents
+        True
+    """
     require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     highest = 0.0

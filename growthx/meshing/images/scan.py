@@ -110,6 +110,12 @@ def from_array(values: Any, affine: Any, orientation: str = "RAS", *, comm: MPI.
     values: shape (i, j, k), in HU or in whatever is calibrated.  affine: (4, 4), from the indices of a voxel to the
     place of its centre.  orientation: the frame of those places, "RAS" or "LPS": that of the body to be, or see `to`.
     Raises InputError for anything else.
+
+    Example:
+        >>> import numpy as np
+        >>> scan = gx.ct.from_array(np.full((4, 4, 4), 300.0), np.diag([0.5, 0.5, 0.5, 1.0]))
+        >>> scan.orientation
+        'RAS'
     """
     require_frame(orientation)
     scan = _scan(values, affine, orientation, "the scan")
