@@ -16,7 +16,12 @@ TERMS = 6  # of the series, which leave a relative error below 1e-17 there
 
 
 def is_symbolic(x: Any) -> bool:
-    """Whether x is a UFL expression."""
+    """Whether x is a UFL expression.
+
+    Example:
+        >>> gx.functions.is_symbolic(1.0)
+        False
+    """
     return isinstance(x, ufl.core.expr.Expr)
 
 

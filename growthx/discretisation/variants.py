@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Displacement(Sealed, replaceable=()):
-    """What a displacement is made of: a family of basix elements (P is Q on tensor cells) and a degree."""
+    """What a displacement is made of: a family of basix elements (P is Q on tensor cells) and a degree.
+
+    Example:
+        >>> gx.Q2.displacement == gx.Q1.displacement, gx.Q2.displacement.degree
+        (False, 2)
+    """
 
     family: basix.ElementFamily
     degree: int
@@ -56,7 +61,12 @@ class DensitySpace(Protocol):
 
 @dataclass(frozen=True)
 class Nodal(Sealed, replaceable=()):
-    """A density continuous between cells, with values at the nodes of a Lagrange element."""
+    """A density continuous between cells, with values at the nodes of a Lagrange element.
+
+    Example:
+        >>> gx.Q2Q2.density.degree, isinstance(gx.Q2Q2.density, gx.variants.Nodal)
+        (2, True)
+    """
 
     degree: int
     local = False
@@ -72,7 +82,12 @@ class Nodal(Sealed, replaceable=()):
 
 @dataclass(frozen=True)
 class PerCell(Sealed, replaceable=()):
-    """One density for each cell."""
+    """One density for each cell.
+
+    Example:
+        >>> isinstance(gx.Q1P0.density, gx.variants.PerCell)
+        True
+    """
 
     local = True
 
@@ -87,7 +102,12 @@ class PerCell(Sealed, replaceable=()):
 
 @dataclass(frozen=True)
 class AtPoints(Sealed, replaceable=()):
-    """One density for each integration point."""
+    """One density for each integration point.
+
+    Example:
+        >>> isinstance(gx.Q1.density, gx.variants.AtPoints)
+        True
+    """
 
     local = True
 

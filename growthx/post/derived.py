@@ -93,6 +93,11 @@ def point_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Fl
     """The `FIELDS` of these names at the integration points of each owned cell.
 
     Shapes (cells, points), of vectors (cells, points, 3), of tensors (cells, points, 3, 3); errors as of `cell_fields`.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.point_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)

@@ -40,6 +40,12 @@ def area_means(
     values: of another field, one for each owned cell, (cells,), as those of `cell_fields`.
     Each cell is sampled at 24 × 24 points, in space at 4 × 4 × 4.  Raises InputError for a zone that lies outside the
     mesh, is none, or in which nothing counts, and for a region that the mesh does not have.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> means = gx.zones.area_means(problem, {"left": [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]})
+        >>> {name: f"{mean:.3f}" for name, mean in means.items()}
+        {'left': '1.000'}
     """
     arguments.require_problem(problem)
     mesh = problem.scene.mesh
