@@ -49,6 +49,10 @@ def positive_part(x: Any, width: Any) -> Any:
     """X where it is above, 0 where it is below, with the corner rounded over 0 < x < width and nowhere else.
 
     There x² [2w − x]/w², whose slope is continuous, at least 0 and at most 4/3; it is below x by 4w/27 at most, at w/3.
+
+    Example:
+        >>> [f"{gx.functions.positive_part(x, 0.1):.3f}" for x in (-1.0, 0.05, 1.0)]
+        ['0.000', '0.038', '1.000']
     """
     rounded = x * x * (2 * width - x) / (width * width)
     if is_symbolic(x) or is_symbolic(width):
@@ -95,6 +99,10 @@ def ln1p_excess(x: Any) -> Any:
     """X − ln(1 + x) ≈ x²/2, without the difference of the two where they nearly agree; not a number below −1.
 
     With t = x/(2 + x), ln(1 + x) = 2 artanh t = 2 [t + t³/3 + t⁵/5 + …], and x − 2 t = x t.
+
+    Example:
+        >>> f"{gx.functions.ln1p_excess(1e-8):.6e}"
+        '5.000000e-17'
     """
     if is_symbolic(x):
         return ufl.conditional(ufl.lt(abs(x), NEAR), _series(x), x - ufl.ln(1 + x))

@@ -36,7 +36,12 @@ def load_gmsh() -> None:
 
 
 def locate(name: str) -> Path:
-    """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none."""
+    """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none.
+
+    Example:
+        >>> gx.meshing.locate("femur.geo").name
+        'femur.geo'
+    """
     require_name(name, "the name of a mesh file")
     folders = [folder for folder in (PACKAGE / "meshes", PACKAGE.parent / "meshes") if folder.is_dir()]
     for folder in folders:

@@ -84,6 +84,11 @@ def node_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Flo
     Extrapolated in each cell from its integration points, linearly, and averaged over the cells around a node; at nodes
     of cells that grow over these alone.  Shapes as of `cell_fields`, and the same errors.  What is read off a tensor is
     that of the averaged tensor.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.node_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     return NodeFields(problem, _names(fields, problem) or ()).values()

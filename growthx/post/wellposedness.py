@@ -28,6 +28,10 @@ class WellPosedness:
     negative: number of negative pivots of the tangent for Δt → ∞ that is symmetric with a density at each integration
     point; above zero, there are directions in which a disturbance of biological equilibrium grows.
     reason: what is wrong with the law, if anything is.
+
+    Example:
+        >>> gx.wellposedness.WellPosedness(exponents=True, margin=1.2, negative=0).negative
+        0
     """
 
     exponents: bool

@@ -32,6 +32,12 @@ class Scan:
     """Values at the centres of voxels, in HU or in whatever unit a calibration takes.
 
     orientation: the frame in which places are meant, "RAS" or "LPS", as those of the body to be.  name: in sentences.
+
+    Example:
+        >>> import numpy as np
+        >>> scan = gx.ct.from_array(np.zeros((2, 2, 2)), np.eye(4))
+        >>> isinstance(scan, gx.ct.Scan)
+        True
     """
 
     voxels: Voxels
