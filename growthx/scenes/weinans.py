@@ -42,6 +42,10 @@ def weinans_plate(
     model is not well posed.  Linear elasticity, as theirs: no deformation changes what is loaded.
 
     cells: N.  step: Δt; at 1 it is the paper's, an explicit one for `gx.baselines.update`.
+
+    Example:
+        >>> gx.scenes.weinans_plate(4).mesh
+        Mesh(16 quadrilaterals; boundaries 'bottom', 'top'; regions none)
     """
     if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS:
         raise InputError(
