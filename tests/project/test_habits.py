@@ -20,7 +20,7 @@ def test_the_changelog_has_this_version():
 
 @pytest.mark.parametrize(
     ("name", "command"),
-    [("tests", ".ci/run"), ("wheel", "./run pytest -m '' tests/project/test_package.py")],
+    [("tests", ".ci/run"), ("docs", "./run docs"), ("wheel", "./run pytest -m '' tests/project/test_package.py")],
 )
 def test_workflows_call_what_is_called_here(name, command):
     """One script for a check, wherever it runs."""
