@@ -36,7 +36,17 @@ if TYPE_CHECKING:
 
 
 class RunEndedEarly(EndedEarly):
-    """A run stopped before its last requested time; `result` holds everything up to the last good state."""
+    """A run stopped before its last requested time; `result` holds everything up to the last good state.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> through = (gx.Support("left"), gx.Support("right", (-3.0, 0.0)))  # farther than the body is long
+        >>> try:
+        ...     gx.solve(replace(gx.scenes.plate(2), supports=through, program=gx.Program(0.1, 0.1)), gx.Q1P0)
+        ... except gx.RunEndedEarly as error:
+        ...     print(error.result.time, error.result.converged)
+        0.0 False
+    """
 
     def __init__(self, result: Result) -> None:
         super().__init__(result.reason)
@@ -107,6 +117,10 @@ def solve(
     Raises RunEndedEarly if a step cannot be solved, RunInterrupted after Ctrl-C, SIGTERM or SIGUSR1 (a second one ends
     the run at once), InputError if `out` is not empty or not writable, or a checkpoint is not one of this run, and
     RunNotWritten if results cannot be written.
+
+    Example:
+        >>> gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        Result('plate' with Q1P0: 25 steps to t = 2.5, end of time)
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
     kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}

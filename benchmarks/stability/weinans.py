@@ -43,7 +43,7 @@ INTRODUCTION = f"""\
 The field's standard example (H. Weinans, R. Huiskes & H. J. Grootenboer 1992, J. Biomech. 25, 1425): a unit square of
 40 × 40 cells, E = 100 ρ², ν = 0.3, plane strain, fixed below and pressed by 10 [1 − x] from above;
 R₀ = Ψ₀/ρ − 0.25 between the densities {BOUNDS[0]:g} and {BOUNDS[1]:g}, ρ(0) = 0.8, to t = {UNTIL:g} in steps of 1.
-Strains are made so small that growthx's finite ones are linear (`gx.scenes.weinans_plate`), which changes no density.
+Elasticity is linear, as theirs (`gx.scenes.weinans_plate`).
 
 Columns that each bear the pressure above them alone are in equilibrium at ρ = [1.82 (1 − x)²]^(1/3), whose mean is
 {SMOOTH_MEAN}. That is smooth and not stable: with m = 1 below n = 2 a cell that is denser than its neighbours draws
@@ -154,8 +154,8 @@ def findings(rows: list[Row]) -> list[str]:
 
 
 def draw(problems: dict[str, Discretisation], folder: Path) -> None:
-    """The densities at the end."""
-    plots.densities(problems, folder / "weinans.png", title="density", columns=4)
+    """The densities at the end, on the body at rest: the strains of linear elasticity would fold soft corners."""
+    plots.densities(problems, folder / "weinans.png", title="density", magnification=0.0, columns=4)
 
 
 def main() -> None:

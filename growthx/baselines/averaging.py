@@ -38,6 +38,10 @@ class NonLocal(Sealed, replaceable=("on", "weights")):
 
     There the sensors' excess over the attractor is averaged, which is what the mass source is in proportion to; for a
     uniform attractor this is the average of the stimulus.  radius: length over which the influence falls to 1/e.
+
+    Example:
+        >>> gx.baselines.NonLocal(radius=0.25).radius
+        0.25
     """
 
     radius: float

@@ -13,7 +13,12 @@ SHOWN = 80  # characters of a wrong value that a sentence shows
 
 
 class GrowthxError(Exception):
-    """Any error growthx raises on purpose; `exit_status` is what the command line returns for it."""
+    """Any error growthx raises on purpose; `exit_status` is what the command line returns for it.
+
+    Example:
+        >>> [kind.exit_status for kind in (gx.GrowthxError, gx.InputError, gx.EndedEarly)]
+        [1, 2, 3]
+    """
 
     exit_status = 1
 
@@ -23,13 +28,26 @@ class GrowthxError(Exception):
 
 
 class InputError(GrowthxError):
-    """Something the user gave is not usable: a parameter, a name, a file."""
+    """Something the user gave is not usable: a parameter, a name, a file.
+
+    Example:
+        >>> try:
+        ...     gx.Material(young=-1.0)
+        ... except gx.InputError as error:
+        ...     print(error)
+        Young's modulus E is -1: a positive number would be right
+    """
 
     exit_status = 2
 
 
 class EndedEarly(GrowthxError):
-    """A run stopped before its last requested time: the message says when, where and why."""
+    """A run stopped before its last requested time: the message says when, where and why.
+
+    Example:
+        >>> issubclass(gx.RunEndedEarly, gx.EndedEarly), gx.EndedEarly.exit_status
+        (True, 3)
+    """
 
     exit_status = 3
 

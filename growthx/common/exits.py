@@ -16,6 +16,11 @@ def guarded(main: Callable[[], int | None]) -> int:
 
     A GrowthxError becomes one sentence on stderr and the error's exit status; Ctrl-C and SIGTERM become 130 and 143;
     any other exception is a defect: its traceback is shown and, in a parallel run, all ranks are ended.
+
+    Example:
+        >>> gx.guarded(lambda: print("done"))
+        done
+        0
     """
     signal.signal(signal.SIGTERM, _terminate)
     try:

@@ -94,6 +94,15 @@ class StoredEnergy(
     A subclass, a frozen dataclass, states `energy` and `stiffness`, and names parameters of its own that may vary in
     space in `coefficients`, beside those of this class.  Raises InputError, when the class is made, if it replaces
     anything else, see `overrides`; and with the scene, if the energy is none that can be computed with.
+
+    Example:
+        >>> import ufl
+        >>> class Stretched(gx.StoredEnergy):
+        ...     stiffness = 2.0
+        ...     def energy(self, F):
+        ...         return (ufl.tr(F.T * F) - 3) / 2 - ufl.ln(ufl.det(F))
+        >>> round(Stretched().principal_energy((0.1, 0.0, 0.0)), 6)
+        0.00969
     """
 
     reference_density: Field = field(default=1.0, kw_only=True)

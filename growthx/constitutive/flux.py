@@ -26,6 +26,10 @@ class MassFlux(Sealed, replaceable=("flux", "coefficients")):
 
     conduction: R₀ᶠ (length² per time), at least 0, a number or a field.
     dependence: a factor on it, as a function of ρ/ρ* that takes UFL; None: the conduction does not depend on density.
+
+    Example:
+        >>> gx.MassFlux(conduction=0.1, dependence=lambda relative: relative**2).dependence(0.5)
+        0.25
     """
 
     conduction: Field

@@ -16,17 +16,32 @@ TERMS = 6  # of the series, which leave a relative error below 1e-17 there
 
 
 def is_symbolic(x: Any) -> bool:
-    """Whether x is a UFL expression."""
+    """Whether x is a UFL expression.
+
+    Example:
+        >>> gx.functions.is_symbolic(1.0)
+        False
+    """
     return isinstance(x, ufl.core.expr.Expr)
 
 
 def sqrt(x: Any) -> Any:
-    """Square root."""
+    """Square root.
+
+    Example:
+        >>> float(gx.functions.sqrt(4.0))
+        2.0
+    """
     return ufl.sqrt(x) if is_symbolic(x) else np.sqrt(x)
 
 
 def ln(x: Any) -> Any:
-    """Natural logarithm."""
+    """Natural logarithm.
+
+    Example:
+        >>> float(gx.functions.ln(1.0))
+        0.0
+    """
     return ufl.ln(x) if is_symbolic(x) else np.log(x)
 
 
@@ -34,6 +49,10 @@ def positive_part(x: Any, width: Any) -> Any:
     """X where it is above, 0 where it is below, with the corner rounded over 0 < x < width and nowhere else.
 
     There x² [2w − x]/w², whose slope is continuous, at least 0 and at most 4/3; it is below x by 4w/27 at most, at w/3.
+
+    Example:
+        >>> [f"{gx.functions.positive_part(x, 0.1):.3f}" for x in (-1.0, 0.05, 1.0)]
+        ['0.000', '0.038', '1.000']
     """
     rounded = x * x * (2 * width - x) / (width * width)
     if is_symbolic(x) or is_symbolic(width):
@@ -43,12 +62,22 @@ def positive_part(x: Any, width: Any) -> Any:
 
 
 def smaller(x: Any, y: Any) -> Any:
-    """The smaller of two."""
+    """The smaller of two.
+
+    Example:
+        >>> float(gx.functions.smaller(1.5, 1.0))
+        1.0
+    """
     return ufl.conditional(ufl.lt(x, y), x, y) if is_symbolic(x) or is_symbolic(y) else np.minimum(x, y)
 
 
 def between(x: Any, low: float, high: float) -> Any:
-    """x, or the bound that it lies beyond."""
+    """x, or the bound that it lies beyond.
+
+    Example:
+        >>> float(gx.functions.between(1.5, 0.0, 1.0))
+        1.0
+    """
     if is_symbolic(x):
         return ufl.conditional(ufl.lt(x, low), low, ufl.conditional(ufl.gt(x, high), high, x))
     real = np.real(x)
@@ -56,7 +85,12 @@ def between(x: Any, low: float, high: float) -> Any:
 
 
 def ln1p(x: Any) -> Any:
-    """ln(1 + x), of a relative error near round-off for small x, too; not a number below −1."""
+    """ln(1 + x), of a relative error near round-off for small x, too; not a number below −1.
+
+    Example:
+        >>> float(gx.functions.ln1p(0.0))
+        0.0
+    """
     # NumPy's own, of complex numbers, is ln of their sum with one.
     return x - ln1p_excess(x) if is_symbolic(x) or np.iscomplexobj(x) else np.log1p(x)
 
@@ -65,6 +99,10 @@ def ln1p_excess(x: Any) -> Any:
     """X − ln(1 + x) ≈ x²/2, without the difference of the two where they nearly agree; not a number below −1.
 
     With t = x/(2 + x), ln(1 + x) = 2 artanh t = 2 [t + t³/3 + t⁵/5 + …], and x − 2 t = x t.
+
+    Example:
+        >>> f"{gx.functions.ln1p_excess(1e-8):.6e}"
+        '5.000000e-17'
     """
     if is_symbolic(x):
         return ufl.conditional(ufl.lt(abs(x), NEAR), _series(x), x - ufl.ln(1 + x))

@@ -41,6 +41,15 @@ class GrowthLaw(
     dead_zone: half-width of the zone about the attractor without a response (Carter's lazy zone), a number in the unit
     of the stimulus; its edges are rounded, so that the source is smooth.
     bounds: see `MassSource`.
+
+    Example:
+        >>> class Saturated(gx.GrowthLaw):
+        ...     def power(self, material):
+        ...         return material.density_exponent - 3
+        ...     def drive(self, elastic_energy, material):
+        ...         return elastic_energy / (1 + elastic_energy)
+        >>> round(Saturated(attractor=0.5, rate=2.0).mass_source(1.0, 3.0, gx.Material(1.0)), 6)
+        0.5
     """
 
     attractor: Field
@@ -138,6 +147,11 @@ class EnergyDrivenGrowth(_TemperedGrowth, replaceable=()):
 
     attractor: attractor stimulus Ψ₀* (energy per reference volume).  rate: c (density per time and per energy per
     volume).  exponent: m (no unit); the model is well posed for m > n.
+
+    Example:
+        >>> law = gx.EnergyDrivenGrowth(attractor=0.02, rate=10.0)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        0.3000
     """
 
     linear = True
@@ -152,6 +166,11 @@ class SpecificEnergyDrivenGrowth(GrowthLaw, replaceable=()):
     """Mass source driven by the energy per mass, R₀ = c { Ψ₀/ρ − k } (Huiskes 1987, Weinans 1992): the case m = 1.
 
     attractor: k (energy per mass).  rate: c (density per time and per energy per mass).
+
+    Example:
+        >>> law = gx.SpecificEnergyDrivenGrowth(attractor=0.02, rate=10.0)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        0.3000
     """
 
     linear = True
@@ -171,6 +190,11 @@ class StrainDrivenGrowth(_TemperedGrowth, replaceable=()):
 
     ε = √(2 Ψ₀ⁿᵉᵒ/E) is the strain of a bar of the same elastic energy.
     attractor: ε* (no unit).  rate: c (density per time).  exponent: m (no unit).
+
+    Example:
+        >>> law = gx.StrainDrivenGrowth(attractor=0.1, rate=10.0)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        2.1623
     """
 
     exponent: float = 1.0
@@ -192,6 +216,11 @@ class StressDrivenGrowth(_TemperedGrowth, replaceable=()):
 
     σ = [ρ/ρ*]ⁿ √(2 E Ψ₀ⁿᵉᵒ) is the stress of a bar of the same elastic energy and density.
     attractor: σ* (stress).  rate: c (density per time and per stress).  exponent: m (no unit).
+
+    Example:
+        >>> law = gx.StressDrivenGrowth(attractor=0.1, rate=10.0)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        2.1623
     """
 
     linear = False

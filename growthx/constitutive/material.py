@@ -29,6 +29,11 @@ class Material(
     poisson: Poisson's ratio ν (no unit), -1 < ν < 1/2, a number or a field.
     reference_density: ρ* (density), a number or a field.
     density_exponent: n (no unit), a number or a field; where nothing grows there is no weight, whatever n is.
+
+    Example:
+        >>> bone = gx.Material(young=500.0, density_exponent=2.0)
+        >>> [round(stress, 2) for stress in bone.principal_stresses((0.01, 0.0, 0.0), 0.5)]
+        [1.38, 0.35, 0.35]
     """
 
     def elastic_energy(self, shape_change: Any, volume_change: Any) -> Any:

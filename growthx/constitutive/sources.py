@@ -38,6 +38,14 @@ class MassSource(Sealed, ABC, replaceable=("mass_source_slope", "resting_rate", 
 
     bounds: lowest and highest density, None where there is none: density that reaches a bound stays there for as long
     as the source points beyond it.
+
+    Example:
+        >>> class Proportional(gx.MassSource):
+        ...     linear = True
+        ...     def mass_source(self, density, elastic_energy, material):
+        ...         return elastic_energy - 0.02 * density
+        >>> round(Proportional().mass_source(1.0, 0.05, gx.Material(1.0)), 6)
+        0.03
     """
 
     bounds: tuple[float | None, float | None] = field(default=(None, None), kw_only=True)

@@ -26,6 +26,11 @@ def discretise(scene: Scene, variant: Variant) -> Discretisation:
 
     Raises InputError if a cell of the mesh is not convex, if a part of the body is free to move, if the variant is
     not made for the scene, or if these are no scene and no variant.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> round(problem.mass(), 6)
+        2.0
     """
     check_scene(scene, variant)
     abandoned.free(scene.mesh.comm)

@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Displacement(Sealed, replaceable=()):
-    """What a displacement is made of: a family of basix elements (P is Q on tensor cells) and a degree."""
+    """What a displacement is made of: a family of basix elements (P is Q on tensor cells) and a degree.
+
+    Example:
+        >>> gx.Q2.displacement == gx.Q1.displacement, gx.Q2.displacement.degree
+        (False, 2)
+    """
 
     family: basix.ElementFamily
     degree: int
@@ -56,7 +61,12 @@ class DensitySpace(Protocol):
 
 @dataclass(frozen=True)
 class Nodal(Sealed, replaceable=()):
-    """A density continuous between cells, with values at the nodes of a Lagrange element."""
+    """A density continuous between cells, with values at the nodes of a Lagrange element.
+
+    Example:
+        >>> gx.Q2Q2.density.degree, isinstance(gx.Q2Q2.density, gx.variants.Nodal)
+        (2, True)
+    """
 
     degree: int
     local = False
@@ -72,7 +82,12 @@ class Nodal(Sealed, replaceable=()):
 
 @dataclass(frozen=True)
 class PerCell(Sealed, replaceable=()):
-    """One density for each cell."""
+    """One density for each cell.
+
+    Example:
+        >>> isinstance(gx.Q1P0.density, gx.variants.PerCell)
+        True
+    """
 
     local = True
 
@@ -87,7 +102,12 @@ class PerCell(Sealed, replaceable=()):
 
 @dataclass(frozen=True)
 class AtPoints(Sealed, replaceable=()):
-    """One density for each integration point."""
+    """One density for each integration point.
+
+    Example:
+        >>> isinstance(gx.Q1.density, gx.variants.AtPoints)
+        True
+    """
 
     local = True
 
@@ -113,6 +133,12 @@ class Variant(Sealed, replaceable=()):
     storage_at_corners, source_at_corners: integrate this part of the balance of mass at the corners of the cells
     instead, which makes its matrix diagonal: `lumped`.
     Raises InputError if the rules differ and the density is not one per cell: other densities tie both to one rule.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> reduced = replace(gx.Q1P0, name="reduced", momentum_degree=1)
+        >>> reduced.momentum_degree, gx.Q1P0.momentum_degree
+        (1, 3)
     """
 
     name: str
@@ -208,7 +234,12 @@ DEFAULTS = (Q1P0, P1P0)  # the cheapest for each family of cells
 
 
 def suited(cell_name: str) -> list[Variant]:
-    """The variants made for a shape of cells."""
+    """The variants made for a shape of cells.
+
+    Example:
+        >>> [variant.name for variant in gx.variants.suited("triangle")]
+        ['P1P1', 'P2P2', 'P2P1', 'P1P0', 'P1', 'P2']
+    """
     return [variant for variant in CATALOGUE.values() if cell_name in variant.cells]
 
 
@@ -218,7 +249,12 @@ def right_ones(cell_name: str, wanted: Callable[[Variant], bool]) -> str:
 
 
 def default(cell_name: str) -> Variant:
-    """The variant to take for a shape of cells unless there are reasons for another: one density per cell."""
+    """The variant to take for a shape of cells unless there are reasons for another: one density per cell.
+
+    Example:
+        >>> gx.variants.default("triangle").name
+        'P1P0'
+    """
     for variant in DEFAULTS:
         if cell_name in variant.cells:
             return variant
@@ -226,7 +262,12 @@ def default(cell_name: str) -> Variant:
 
 
 def named(name: str) -> Variant:
-    """The variant of that name, in upper or lower case; InputError if there is none."""
+    """The variant of that name, in upper or lower case; InputError if there is none.
+
+    Example:
+        >>> gx.variants.named("q1p0").name
+        'Q1P0'
+    """
     require_name(name, "the name of a variant")
     for known, variant in CATALOGUE.items():
         if known.lower() == name.lower():

@@ -36,7 +36,12 @@ def load_gmsh() -> None:
 
 
 def locate(name: str) -> Path:
-    """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none."""
+    """Path of a file of growthx's own `meshes` folder, in a checkout or installed; InputError if there is none.
+
+    Example:
+        >>> gx.meshing.locate("femur.geo").name
+        'femur.geo'
+    """
     require_name(name, "the name of a mesh file")
     folders = [folder for folder in (PACKAGE / "meshes", PACKAGE.parent / "meshes") if folder.is_dir()]
     for folder in folders:
@@ -47,7 +52,12 @@ def locate(name: str) -> Path:
 
 
 def triangles(cells: str) -> bool:
-    """The parameter `triangles` of growthx's own scripts for cells of that shape; InputError if they have none such."""
+    """The parameter `triangles` of growthx's own scripts for cells of that shape; InputError if they have none such.
+
+    Example:
+        >>> gx.meshing.triangles("triangle"), gx.meshing.triangles("quadrilateral")
+        (True, False)
+    """
     if cells not in PLANE_CELLS:
         raise InputError(f"there are no cells '{cells}' in the plane: {' or '.join(PLANE_CELLS)} would be right")
     return cells == "triangle"
@@ -118,6 +128,11 @@ def from_arrays(
     refine, keep, merge: as in `read`
 
     InputError, on all ranks, if no mesh can be made of them.
+
+    Example:
+        >>> corners, cells = [(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1, 2), (0, 2, 3)]
+        >>> gx.meshing.from_arrays(corners, cells, boundaries={"left": [(3, 0)]}, refine=2).cell_count
+        8
     """
 
     def whole() -> Parts:

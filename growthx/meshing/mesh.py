@@ -34,6 +34,13 @@ class Mesh(Sealed, replaceable=()):
     origin: where the cells and nodes that the rank knows stood in the file, or in what DOLFINx was given.
     near: what was found near the places of names that hold nothing, for the sentence that says so.
     comm: the communicator of its ranks for all but DOLFINx, see `communicators`.
+
+    Example:
+        >>> import dolfinx, numpy as np
+        >>> from mpi4py import MPI
+        >>> domain = dolfinx.mesh.create_unit_square(MPI.COMM_WORLD, 2, 2)
+        >>> gx.Mesh.with_names(domain, {"left": lambda x: np.isclose(x[0], 0.0)})
+        Mesh(8 triangles; boundaries 'left'; regions none)
     """
 
     domain: dolfinx.mesh.Mesh

@@ -22,6 +22,10 @@ class Arrow:
 
     force: what it shows (dim,); arrows of one picture are as long as their forces say.  place: where it acts, (dim,).
     label: its entry in the legend; arrows of one label have one colour.
+
+    Example:
+        >>> gx.Arrow(force=(0.0, -1.0), place=(2.0, 0.5), label="weight").label
+        'weight'
     """
 
     force: tuple[float, ...]

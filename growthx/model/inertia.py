@@ -14,6 +14,12 @@ class Inertia(Sealed, replaceable=()):
 
     The density must then be in units consistent with force, length and time.
     lumped: mass at the corners of the cells, which densities at integration points do not know.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> scene = replace(gx.scenes.plate(2), inertia=gx.Inertia(lumped=True))
+        >>> scene.inertia
+        Inertia(lumped=True)
     """
 
     lumped: bool = False

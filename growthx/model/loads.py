@@ -36,7 +36,12 @@ Position = Callable[[Floats], Floats]
 
 
 class Load(DeadLoad, ABC, replaceable=("place", "measure", "intensity", "resultant", "history", "arrow")):
-    """A dead load on a named boundary or in the body."""
+    """A dead load on a named boundary or in the body.
+
+    Example:
+        >>> [load.place for load in gx.scenes.plate(2).loads if isinstance(load, gx.Load)]
+        ["on 'right'"]
+    """
 
     @abstractmethod
     def measure(self, mesh: Mesh, degree: int) -> Measure:
@@ -87,6 +92,11 @@ class Traction(_OnBoundary, replaceable=()):
     """Dead traction per reference area: a vector, or a function of position x, (3, points) to (dim, points).
 
     history: its share as a function of time, in place of the program's ramp.
+
+    Example:
+        >>> sheared = gx.Traction("right", lambda x: 0.02 * x[:2], history=lambda time: min(time, 1.0))
+        >>> sheared.place
+        "on 'right'"
     """
 
     on: str
@@ -108,6 +118,11 @@ class BodyForce(Load, replaceable=()):
     """Dead momentum source b̄₀ per reference volume (8): a vector, or a function of position as in `Traction`.
 
     region: name of the region it acts in; None: everywhere.  history: as in `Traction`.
+
+    Example:
+        >>> weight = gx.BodyForce((0.0, -0.01))
+        >>> weight.place
+        'in the whole body'
     """
 
     value: tuple[float, ...] | Position
@@ -141,6 +156,11 @@ class DistributedForce(_OnBoundary, replaceable=()):
     force: resultant (force; in two dimensions force per thickness), met exactly on every mesh.
     weight: function of position x, (3, points) to (points,), at least 0; None: uniform.
     case: the load case it belongs to, for pictures.  history: as in `Traction`.
+
+    Example:
+        >>> joint = gx.DistributedForce("right", (0.0, -0.02), weight=lambda x: x[1])
+        >>> joint.resultant
+        (0.0, -0.02)
     """
 
     on: str
@@ -176,6 +196,12 @@ class LoadCase(Sealed, replaceable=()):
     """Loads that act at their own times, with a displacement of their own: an activity of the day.
 
     weight: its part of the daily cycles, up to a factor.
+
+    Example:
+        >>> stance = gx.LoadCase("stance", 6000.0, (gx.Traction("right", (0.0, -0.02)),))
+        >>> stairs = gx.LoadCase("stairs", 2000.0, (gx.Traction("right", (0.01, -0.03)),))
+        >>> stance.weight / (stance.weight + stairs.weight)
+        0.75
     """
 
     name: str

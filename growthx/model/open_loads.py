@@ -71,6 +71,10 @@ class OpenLoad(Sealed, ABC, replaceable=("place", "may_hold", "ramped", "history
     may_hold: whether it may resist a motion of the body as a whole, as springs do.
     ramped: whether it grows with the loads of the scene; else it is there from the start.
     what: what it is called in a sentence.
+
+    Example:
+        >>> [isinstance(load, gx.OpenLoad) for load in (gx.Pressure("top", 0.1), gx.Traction("top", (0.0, 0.1)))]
+        [True, False]
     """
 
     on: str | None
@@ -104,7 +108,13 @@ def _forces(load: OpenLoad, law: LawOfState, u: Any, rho: Any, mesh: Mesh) -> An
 
 @dataclass(frozen=True)
 class OpenTraction(OpenLoad, replaceable=()):
-    """Traction t_open per reference area on a named boundary, `law(u, ρ, x)`: a UFL vector, such as a spring's −k u."""
+    """Traction t_open per reference area on a named boundary, `law(u, ρ, x)`: a UFL vector, such as a spring's −k u.
+
+    Example:
+        >>> elastic = gx.OpenTraction("right", lambda u, rho, x: -0.1 * u)
+        >>> elastic.place
+        "on 'right'"
+    """
 
     on: str
     law: LawOfState
@@ -123,6 +133,11 @@ class Pressure(OpenLoad, replaceable=()):
     """A pressure (force per deformed area) on a named boundary that follows the deformation, t = −p J F⁻ᵀ N.
 
     history: its share as a function of time, or a `Table`, in place of the program's ramp.
+
+    Example:
+        >>> squeezed = gx.Pressure("right", 0.02, history=lambda time: min(time, 1.0))
+        >>> squeezed.history(0.5) * squeezed.value
+        0.01
     """
 
     on: str
@@ -145,7 +160,14 @@ class Pressure(OpenLoad, replaceable=()):
 
 @dataclass(frozen=True)
 class OpenBodyForce(OpenLoad, replaceable=()):
-    """Momentum source b̄₀ per reference volume everywhere, `law(u, ρ, x)`: a UFL vector, such as a weight ρ g."""
+    """Momentum source b̄₀ per reference volume everywhere, `law(u, ρ, x)`: a UFL vector, such as a weight ρ g.
+
+    Example:
+        >>> import ufl
+        >>> weight = gx.OpenBodyForce(lambda u, rho, x: rho * ufl.as_vector((0.0, -9.81)))
+        >>> weight.place
+        'in the whole body'
+    """
 
     law: LawOfState
 

@@ -20,6 +20,11 @@ class Program(Sealed, replaceable=()):
     step: nominal time step Δt; until: end time; ramp: time over which loads and displacements grow linearly from zero.
     Without one they are there from the start, as a run needs that begins with a density grown under them.
     requested: other times at which a step is to end.
+
+    Example:
+        >>> program = gx.Program(step=0.1, until=2.5, ramp=0.5, requested=(1.25,))
+        >>> program.until / program.step
+        25.0
     """
 
     step: float

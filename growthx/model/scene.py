@@ -39,6 +39,13 @@ class Scene(Sealed, replaceable=()):
     one, bone that was in equilibrium with them is resorbed until they are back.
     growing: names of the regions that grow; default: everywhere.  Elsewhere the density stays as it is at no cost, and
     stiffness is what the material's energy says, without the weight of a density.
+
+    Example:
+        >>> mesh, law = gx.scenes.plate(2).mesh, gx.EnergyDrivenGrowth(0.02, 10.0)
+        >>> held, pulled = (gx.Support("left"),), (gx.Traction("right", (0.0, -0.02)),)
+        >>> scene = gx.Scene("plate", mesh, gx.Material(1.0), law, held, pulled, gx.Program(0.1, 2.5, ramp=0.5))
+        >>> scene.loads[0].place
+        "on 'right'"
     """
 
     name: str

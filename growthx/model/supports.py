@@ -49,6 +49,11 @@ class Support(Held, replaceable=()):
     displacement: one entry (length) per direction, None where the boundary is free to move; default: clamped.
     Values other than zero grow with the load.
     history: share of the displacement as a function of time, or a `Table`, in place of the program's ramp.
+
+    Example:
+        >>> rollers = gx.Support("left", displacement=(0.0, None))  # held along x, free along y
+        >>> rollers.displacement
+        (0.0, None)
     """
 
     on: str
@@ -70,6 +75,11 @@ class PointSupport(Held, replaceable=()):
     """Prescribed displacement of the node at a place.
 
     at: the place at rest, one entry (length) per direction.  displacement, history: as in `Support`.
+
+    Example:
+        >>> pin = gx.PointSupport(at=(0.0, 0.5), displacement=(None, 0.0))
+        >>> pin.at
+        (0.0, 0.5)
     """
 
     at: tuple[float, ...]

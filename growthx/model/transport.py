@@ -21,7 +21,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PrescribedDensity(Sealed, replaceable=()):
-    """A density that is held on a named boundary from the first step on (11)."""
+    """A density that is held on a named boundary from the first step on (11).
+
+    Example:
+        >>> from dataclasses import replace
+        >>> held = (gx.PrescribedDensity("left", 1.2),)
+        >>> scene = replace(gx.scenes.plate(2), flux=gx.MassFlux(0.1), prescribed_densities=held)
+        >>> scene.prescribed_densities[0].density
+        1.2
+    """
 
     on: str
     density: float
@@ -36,6 +44,11 @@ class Influx(Sealed, replaceable=("value",)):
     """Mass that enters through a named boundary, r = R · N (12), per reference area and time.
 
     rate: a number, or `law(u, ρ, x)` that gives a scalar in UFL, such as k (ρ₁ − ρ).
+
+    Example:
+        >>> supply = gx.Influx("right", lambda u, rho, x: 0.1 * (1.2 - rho))
+        >>> round(supply.rate(None, 1.0, None), 6)
+        0.02
     """
 
     on: str

@@ -68,6 +68,11 @@ def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) ->
     energy, stimulus and stress of a stiffness without the weight [ρ/ρ*]ⁿ.
     What is read off a tensor, such as von Mises' stress, is that of the cell's mean tensor.
     Raises InputError for names that are no fields, or of which the problem has none.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.cell_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     return CellFields(problem, _names(fields, problem)).values()
@@ -79,6 +84,11 @@ def node_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Flo
     Extrapolated in each cell from its integration points, linearly, and averaged over the cells around a node; at nodes
     of cells that grow over these alone.  Shapes as of `cell_fields`, and the same errors.  What is read off a tensor is
     that of the averaged tensor.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.node_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     return NodeFields(problem, _names(fields, problem) or ()).values()
@@ -88,6 +98,11 @@ def point_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Fl
     """The `FIELDS` of these names at the integration points of each owned cell.
 
     Shapes (cells, points), of vectors (cells, points, 3), of tensors (cells, points, 3, 3); errors as of `cell_fields`.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> list(gx.results.point_fields(problem, ["density"]))
+        ['density']
     """
     require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)

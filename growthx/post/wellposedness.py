@@ -28,6 +28,10 @@ class WellPosedness:
     negative: number of negative pivots of the tangent for Δt → ∞ that is symmetric with a density at each integration
     point; above zero, there are directions in which a disturbance of biological equilibrium grows.
     reason: what is wrong with the law, if anything is.
+
+    Example:
+        >>> gx.wellposedness.WellPosedness(exponents=True, margin=1.2, negative=0).negative
+        0
     """
 
     exponents: bool
@@ -49,7 +53,12 @@ class WellPosedness:
 
 
 def check(problem: Discretisation) -> WellPosedness:
-    """Examine the state that a problem is in, on request: it costs the compilation and factorisation of a tangent."""
+    """Examine the state that a problem is in, on request: it costs the compilation and factorisation of a tangent.
+
+    Example:
+        >>> gx.wellposedness.check(gx.discretise(gx.scenes.plate(2), gx.Q1P0)).exponents
+        True
+    """
     require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     highest = 0.0

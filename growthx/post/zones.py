@@ -40,6 +40,12 @@ def area_means(
     values: of another field, one for each owned cell, (cells,), as those of `cell_fields`.
     Each cell is sampled at 24 × 24 points, in space at 4 × 4 × 4.  Raises InputError for a zone that lies outside the
     mesh, is none, or in which nothing counts, and for a region that the mesh does not have.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> means = gx.zones.area_means(problem, {"left": [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]})
+        >>> {name: f"{mean:.3f}" for name, mean in means.items()}
+        {'left': '1.000'}
     """
     arguments.require_problem(problem)
     mesh = problem.scene.mesh
@@ -69,14 +75,27 @@ def _of_cells(values: Floats, mesh: Mesh) -> Floats:
 
 
 def require_overlap(mesh: Mesh, zones: Mapping[str, Floats]) -> None:
-    """Refuse zones, as in `area_means`, that lie outside a mesh (collective)."""
+    """Refuse zones, as in `area_means`, that lie outside a mesh (collective).
+
+    Example:
+        >>> import numpy as np
+        >>> square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+        >>> gx.zones.require_overlap(gx.scenes.plate(2).mesh, {"square": square})
+    """
     ones = np.ones((len(mesh.owned_cells), len(_sample_points(mesh.cell_name))))
     for _ in _integrals(mesh, zones, ones, np.ones(len(ones), dtype=bool)):
         pass
 
 
 def contains(name: str, zone: Floats, places: Floats) -> Marks:
-    """Which places, (…, dim), a zone as in `area_means` holds, shape (…); InputError for what is none."""
+    """Which places, (…, dim), a zone as in `area_means` holds, shape (…); InputError for what is none.
+
+    Example:
+        >>> import numpy as np
+        >>> square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+        >>> gx.zones.contains("square", square, np.array([(0.5, 0.5), (1.5, 0.5)])).tolist()
+        [True, False]
+    """
     _, _, inside = _zone(name, zone, places.shape[-1])
     return np.asarray(inside(places.reshape(-1, places.shape[-1])).reshape(places.shape[:-1]))
 

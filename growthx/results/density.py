@@ -34,6 +34,11 @@ def read_density(path: str | os.PathLike[str], *, comm: MPI.Comm = MPI.COMM_WORL
     path: the folder, of which the density at the end is read, or else the last checkpoint; or one of these files.
     comm: the ranks that are to have it, as many as there are, whatever number the run had.
     Raises InputError if there is neither, or if the file is damaged or of an earlier growthx.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0, out="run")
+        >>> gx.transfer(gx.read_density("run"), result.scene.mesh, gx.Q1P0).correction
+        0.0
     """
     require_path(path, "the folder of the run")
     return checkpoints.on_first_rank(lambda: _read(_find(Path(path))), steady(comm))

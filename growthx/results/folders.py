@@ -23,6 +23,11 @@ def new_folder(
     """Make a folder for results, on all ranks; InputError if it holds anything already or cannot be written.
 
     beside: whether a file may be there already.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> gx.results.new_folder("run", MPI.COMM_WORLD).name
+        'run'
     """
     problem = ""
     require_path(path, "the folder for results")
@@ -43,7 +48,13 @@ def new_folder(
 
 
 def free_folder(path: str | os.PathLike[str], comm: MPI.Comm) -> Path:
-    """Make `path`, or the first of `path-2`, `path-3`, … that is new or empty, on all ranks."""
+    """Make `path`, or the first of `path-2`, `path-3`, … that is new or empty, on all ranks.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> gx.results.free_folder("run", MPI.COMM_WORLD).name
+        'run'
+    """
     require_path(path, "the folder for results")
     folder, count = Path(path), 1
     if comm.rank == 0:

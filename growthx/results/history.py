@@ -23,6 +23,11 @@ def write_history(folder: Path, result: Result) -> None:
     """Write `history.csv`, one row per step; a run in several ranks writes it once.
 
     Its last columns, `wall_s` and `peak_memory_mb`, are empty for steps of which no cost is known.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.results.write_history(gx.results.new_folder("run", MPI.COMM_WORLD), result)
     """
     require_path(folder, "the folder for results")
     require_result(result)

@@ -18,6 +18,11 @@ def summary(result: Result) -> Mapping[str, object]:
 
     at_bounds: shares of the volume at the lowest and the highest bound of density, where the law has bounds.
     mass, min_density, max_density: of what grows; `growing` names its regions where other parts of the body rest.
+
+    Example:
+        >>> numbers = gx.results.summary(gx.solve(gx.scenes.plate(2), gx.Q1P0))
+        >>> print(f"{numbers['mass']:.3f}")
+        1.349
     """
     from growthx.common.installed import __version__
 

@@ -36,6 +36,11 @@ def write(
 
     All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
     accepted step, whose state would be there to write.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.results.write(gx.results.new_folder("run", MPI.COMM_WORLD), result)
     """
     require_result(result)
     require_path(folder, "the folder for results")

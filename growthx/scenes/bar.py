@@ -73,6 +73,10 @@ def bar(
 
     cells: "triangle" halves each quadrilateral, with diagonals that alternate.
     n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
+
+    Example:
+        >>> gx.scenes.bar(gx.scenes.CONTINUOUS, elements=10).mesh
+        Mesh(10 quadrilaterals; boundaries 'left', 'right'; regions 'bar')
     """
     require_kind(problem, Problem, "the problem of the bar", "gx.scenes.DISCONTINUOUS or gx.scenes.CONTINUOUS")
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:

@@ -37,6 +37,10 @@ def bone_plate(
     cells: N; 21 makes 882 cells.  force: of all nodes together, ramped over 0.5 (E = 1, ρ* = 1).
     n: exponent of stiffness.  With n > m = 1 the model is not well posed, as is well known of it: densities that are
     uniform stay so for a while only.
+
+    Example:
+        >>> gx.scenes.bone_plate(2).mesh.cell_count
+        8
     """
     require_whole(cells, "the number of cells over the height of the plate")
     require_number(force, "the force on the plate", "a positive number", lambda f: f > 0)

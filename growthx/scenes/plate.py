@@ -39,6 +39,10 @@ def plate(
 
     cells: N.  shape: "triangle" halves each quadrilateral.
     n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+
+    Example:
+        >>> gx.scenes.plate(2, shape="triangle").mesh
+        Mesh(16 triangles; boundaries 'left', 'right'; regions none)
     """
     _require_count(cells, 2, "plate")
     corners = ((0.0, 0.0), (2.0, 1.0))
@@ -59,6 +63,10 @@ def block(
 
     cells: N.  shape: "tetrahedron" cuts each hexahedron in six, along the diagonal from its lowest corner to its
     highest.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+
+    Example:
+        >>> gx.scenes.block(2).mesh
+        Mesh(16 hexahedra; boundaries 'left', 'right'; regions none)
     """
     _require_count(cells, 3, "block")
     if shape not in ("hexahedron", "tetrahedron"):

@@ -180,6 +180,10 @@ def gruen(tip: float = 50.0) -> dict[str, Floats]:
     """Gruen's zones 1 to 7 around a stem with its tip at a height: lateral down, below the tip, and medial up.
 
     Polygons that reach beyond the bone, of which what grows counts: shape (corners, 2).
+
+    Example:
+        >>> len(gx.scenes.gruen(tip=50.0))
+        7
     """
     far, up = 80.0, 170.0
     low, high = tip + (CUT[0, 1] - tip) * np.array([1, 2]) / 3

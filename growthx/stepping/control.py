@@ -112,7 +112,12 @@ class Stepping(Sealed, ABC, replaceable=()):
 
 @dataclass(frozen=True)
 class FixedSteps(Stepping, replaceable=()):
-    """Steps of the program's Δt, cut where one cannot be solved; implicit Euler with them is the paper's scheme."""
+    """Steps of the program's Δt, cut where one cannot be solved; implicit Euler with them is the paper's scheme.
+
+    Example:
+        >>> gx.FixedSteps().scheme.name, gx.FixedSteps(scheme=gx.TR_BDF2).scheme.name
+        ('implicit Euler', 'TR-BDF2')
+    """
 
     def control(self, program: Program) -> StepControl:
         """Nominal steps."""
@@ -129,6 +134,11 @@ class AdaptiveSteps(Stepping, replaceable=()):
 
     tolerance: of the estimated error of one step, relative, root mean square over the volume.
     longest: step (time).
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0, stepping=gx.AdaptiveSteps(tolerance=1e-2))
+        >>> result.converged, len(result.steps) < 25
+        (True, True)
     """
 
     tolerance: float = 1e-3

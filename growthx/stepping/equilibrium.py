@@ -32,6 +32,11 @@ def homeostasis(scene: Scene, variant: Variant, *, load_steps: int = 10, toleran
     density vanishes, is solved for; where Newton's method fails, shorter ones lead there.
     Equal to the end of a long march where every part of the body carries load; elsewhere the density tends to zero,
     there is no equilibrium with a positive one, and EndedEarly says so: the march remains.
+
+    Example:
+        >>> problem = gx.homeostasis(gx.scenes.plate(2), gx.Q1P0)
+        >>> round(problem.mass(), 3)
+        1.197
     """
     check_scene(scene, variant)
     check_tolerance(tolerance)

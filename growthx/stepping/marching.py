@@ -188,6 +188,12 @@ def march(
     error of density asks for, or when failures keep coming; the problem then holds the last good state.  Raises
     InputError for a scheme that cannot integrate the scene, for a problem of another scene or variant, and for
     arguments that are none.
+
+    Example:
+        >>> for step in gx.march(gx.scenes.plate(2, step=1.25), gx.Q1P0):
+        ...     print(f"{step.time:g}")
+        1.25
+        2.5
     """
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
     if problem is not None:

@@ -87,6 +87,11 @@ class Result:
     folder: where fields and history are on disk, None if nowhere.
     setup_s, compile_s, solve_s: seconds for spaces and symbolic set-up, for compiling the weak forms, for marching.
     costs: up to the end of each step; empty where nobody has kept them, as in a march.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> result.time, result.converged, len(result.steps)
+        (2.5, True, 25)
     """
 
     problem: Discretisation

@@ -25,6 +25,10 @@ class TimeScheme(Sealed, replaceable=()):
     weights: aᵢⱼ of each implicit stage, the slope at the start of the step first.
     compared: weights of a scheme of another order with the same slopes, for the estimate of the error.
     estimate_order: the power of Δt that the estimated error of one step goes with.
+
+    Example:
+        >>> [(scheme.name, scheme.order) for scheme in (gx.IMPLICIT_EULER, gx.TR_BDF2)]
+        [('implicit Euler', 1), ('TR-BDF2', 2)]
     """
 
     name: str

@@ -1,6 +1,7 @@
 """The plate of Weinans: its data, the solution that is known and not stable, and what becomes of it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,7 @@ import growthx as gx
 from growthx import baselines, scenes
 from growthx.cli import main
 from growthx.common.errors import InputError
-from growthx.scenes import weinans
-from growthx.scenes.weinans import SMALL, column_density, shares_at_bounds
+from growthx.scenes.weinans import column_density, shares_at_bounds
 
 
 def test_the_smooth_solution():
@@ -20,29 +20,27 @@ def test_the_smooth_solution():
     assert column_density(x).mean() == pytest.approx(0.7326, abs=5e-5)
     assert column_density(x) == pytest.approx((1.82 * (1 - x) ** 2) ** (1 / 3))
     scene = scenes.weinans_plate(2)
-    pull = 10 * SMALL * (1 - 0.3)
-    stretch, across = _strains(scene.material, pull, column_density(0.3))
-    energy = scene.material.principal_energy((stretch, across, 0.0))
-    rate = scene.growth.mass_source(column_density(0.3), energy, scene.material)
-    assert abs(rate) < 1e-3 * scene.growth.resting_rate(scene.material)
+    pressure, density = 10 * (1 - 0.3), float(column_density(0.3))
+    shortening = (1 - 0.3**2) * pressure / (100 * density**2)
+    across = 0.3 / (1 - 0.3) * shortening
+    stresses = scene.material.principal_stresses((across, -shortening, 0.0), density)
+    assert stresses[:2] == pytest.approx([0.0, -pressure], abs=1e-12)
+    energy = scene.material.principal_energy((across, -shortening, 0.0))
+    assert scene.growth.mass_source(density, energy, scene.material) == pytest.approx(0.0, abs=1e-14)
 
 
-def _strains(material, pull, density):
-    from scipy.optimize import root
-
-    def forces(at):
-        stresses = material.principal_stresses((at[0] * SMALL, at[1] * SMALL, 0.0), float(density))
-        return [(stresses[0] - pull) / SMALL, stresses[1] / SMALL]
-
-    return root(forces, [0.1, -0.05], tol=1e-12).x * SMALL
-
-
-def test_strains_are_small_enough_to_be_linear(monkeypatch):
-    """A tenth of them changes no density by more than a few thousandths in three steps."""
+def test_linear_elasticity_is_the_limit_of_small_strains():
+    """By the paper's energy at a thousandth of the load, and a set point smaller by its square: the same densities."""
+    small, scene = 1e-3, scenes.weinans_plate(4, until=3.0)
+    alike = replace(
+        scene,
+        material=gx.Material(100.0, 0.3, 1.0, 2.0),
+        growth=replace(scene.growth, attractor=0.25 * small**2, rate=1 / small**2),
+        loads=(gx.Traction("top", lambda x: np.stack([0 * x[0], -10 * small * (1 - x[0])])),),
+    )
     ends = []
-    for share in (SMALL, SMALL / 10):
-        monkeypatch.setattr(weinans, "SMALL", share)
-        (*_, last) = baselines.update(scenes.weinans_plate(4, until=3.0), gx.Q1P0)
+    for each in (scene, alike):
+        *_, last = baselines.update(each, gx.Q1P0)
         ends.append((last.mass, last.min_density, last.max_density))
     assert ends[0] == pytest.approx(ends[1], rel=3e-3)
     assert ends[0][1] < 0.5 and 0.8 < ends[0][2] <= 1.74
@@ -61,7 +59,7 @@ def test_columns_to_zero_and_to_one():
         at = volumes[(density < 0.0101) | (density > 1.739)].sum(), volumes.sum()
         shares[name] = np.divide(*COMM.allreduce(np.array(at)))
         assert problem.density_range() == pytest.approx((0.01, 1.74))
-    assert shares["bare"] > 0.8 and shares["averaged"] > 0.5
+    assert shares["bare"] > 0.7 and shares["averaged"] > 0.5
 
 
 def test_the_implicit_solver_says_that_it_is_not_well_posed(caplog):

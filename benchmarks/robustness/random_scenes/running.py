@@ -31,6 +31,7 @@ FAILURES = (WRONG, TRACEBACK, CRASH, HANG)
 # Of a run that ended early, by what its sentence says; the first one that is found counts.
 EARLY_KINDS = {
     "no positive density balances": "no positive density",
+    "between the nodes of the cell": "no positive density between nodes",
     "det F ≤ 0": "det F ≤ 0",
     "is not stable": "the balance is not stable",
     "no solution was found that continues": "no solution that continues the last state",

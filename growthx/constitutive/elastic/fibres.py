@@ -29,6 +29,11 @@ class FibredNeoHooke(ByModuli, replaceable=()):
     fibre: k (stress), what a fibre adds to the modulus along it at small strains, a number or a field, at least 0.
     fibre_x, fibre_y, fibre_z: components of a direction of any length but zero (no unit), numbers or fields; see
     `along` for one field of directions.  In the plane fibres lie in it.  Other parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.FibredNeoHooke(young=500.0, fibre=1000.0, fibre_x=0.0, fibre_y=1.0)
+        >>> [f"{bone.principal_energy(along):.2f}" for along in ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0))]
+        ['2.65', '8.16']
     """
 
     fibre: Field = 1.0

@@ -23,6 +23,11 @@ class SaintVenantKirchhoff(ByModuli, replaceable=()):
 
     For small strains: in compression it softens below a stretch of 1/√3 = 0.577, and a body can turn inside out.
     Parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.SaintVenantKirchhoff(young=500.0)
+        >>> print(f"{bone.principal_energy((0.1, 0.0, 0.0)):.4f}")
+        3.0625
     """
 
     def energy_of(self, invariants: Invariants) -> Any:
@@ -56,6 +61,11 @@ class Hencky(_BySums, replaceable=()):
     As exact as round-off between the stretches 0.8 and 1.3, to 4e-8 between ½ and 2, see `traces`; not elliptic beyond
     a stretch of about 1.4
     (Bruhns, Xiao & Meyers 2001).  Parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.Hencky(young=500.0)
+        >>> print(f"{bone.principal_energy((0.1, 0.0, 0.0)):.4f}")
+        2.5233
     """
 
     def energy_of(self, invariants: Invariants) -> Any:
@@ -72,6 +82,11 @@ class MooneyRivlin(ByModuli, replaceable=()):
     c₁ = ½ [1 − s] μ, c₂ = ½ s μ and K = λ − 2 s μ, so that at small strains it is Hooke's law of E and ν.
     share: s (no unit), of the second invariant: from 0 to 1, and for K ≥ 0 at most ν/(1 − 2 ν).
     Other parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.MooneyRivlin(young=500.0, poisson=0.3, share=0.5)
+        >>> print(f"{bone.principal_energy((0.1, 0.0, 0.0)):.4f}")
+        3.2610
     """
 
     share: float = 0.25
@@ -106,6 +121,11 @@ class Ogden(_BySums, replaceable=()):
     As exact as round-off between the stretches 0.8 and 1.3, to 1e-6 between ½ and 2, see `traces`; at any for powers
     that are even.
     Other parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.Ogden(young=500.0, powers=(2.0, -2.0), shares=(0.75, 0.25))
+        >>> print(f"{bone.principal_energy((0.1, 0.0, 0.0)):.4f}")
+        2.5893
     """
 
     powers: tuple[float, ...] = (2.0, -2.0)

@@ -17,6 +17,11 @@ class LinearElasticity(ByModuli, replaceable=()):
 
     The stress is that of the body at rest and symmetric, det F is not asked for, and what is written of strains is ε.
     Not frame indifferent: a rotation by an angle φ strains it by 1 − cos φ.  Parameters: see `ByModuli`.
+
+    Example:
+        >>> bone = gx.LinearElasticity(young=500.0)
+        >>> print(f"{bone.principal_energy((0.1, 0.0, 0.0)):.4f}")
+        2.7778
     """
 
     small_strain = True

@@ -32,6 +32,11 @@ class MartinSurface(RateFactor, replaceable=(), final=("factor",)):
     With it the rates of a law are those at which a surface moves: length per time and per stimulus.
     tissue_density: ρₜ (density), of bone without pores; a denser one has no surface.
     unit: how many millimetres there are in the unit of length.
+
+    Example:
+        >>> surface = gx.MartinSurface()
+        >>> [f"{surface.factor(density, gx.Material(1.0)):.2f}" for density in (0.5, 1.0, 1.92)]
+        ['5.55', '7.80', '0.00']
     """
 
     tissue_density: float = 1.92
@@ -52,7 +57,12 @@ class MartinSurface(RateFactor, replaceable=(), final=("factor",)):
 
 @dataclass(frozen=True)
 class PowerOfDensity(RateFactor, replaceable=(), final=("factor",)):
-    """[ρ/ρ*]^q: the rate of a law in proportion to a power of the density.  exponent: q (no unit)."""
+    """[ρ/ρ*]^q: the rate of a law in proportion to a power of the density.  exponent: q (no unit).
+
+    Example:
+        >>> gx.PowerOfDensity(exponent=2.0).factor(0.5, gx.Material(1.0))
+        0.25
+    """
 
     exponent: float = 1.0
 

@@ -46,6 +46,15 @@ class Remodelling(
     memory: time τ over which the set point follows the stimulus, τ Ṡ* = S − S*, from the one that is given: cells
     become used to what they bear (Turner 1999, J. Biomech. 32, 399); None: it stays.
     bounds: see `MassSource`.
+
+    Example:
+        >>> class Saturated(gx.Remodelling):
+        ...     def power(self, material):
+        ...         return material.density_exponent - 3
+        ...     def drive(self, elastic_energy, material):
+        ...         return elastic_energy / (1 + elastic_energy)
+        >>> print(f"{Saturated(0.5, formation=2.0, relative_zone=0.1).mass_source(1.0, 3.0, gx.Material(1.0)):.4f}")
+        0.4000
     """
 
     set_point: Field

@@ -16,6 +16,11 @@ class EnergyRemodelling(Remodelling, replaceable=()):
     """Driven by the energy per volume, S = [ρ/ρ*]^(−m) Ψ₀ (the paper's stimulus, with another response).
 
     set_point: energy per reference volume.  exponent: m (no unit); the model is well posed for m > n.
+
+    Example:
+        >>> law = gx.EnergyRemodelling(0.02, formation=10.0, resorption=5.0, relative_zone=0.1)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        0.2800
     """
 
     exponent: float = 3.0
@@ -39,6 +44,11 @@ class SpecificEnergyRemodelling(Remodelling, replaceable=()):
 
     Huiskes et al. 1987 (J. Biomech. 20, 1135); Weinans et al. 1992 without a zone.  set_point: energy per mass, of each
     region if it is a mapping.
+
+    Example:
+        >>> law = gx.SpecificEnergyRemodelling(0.02, formation=10.0, relative_zone=0.1)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        0.2800
     """
 
     def power(self, material: Elasticity) -> Any:
@@ -55,6 +65,11 @@ class StrainRemodelling(Remodelling, replaceable=()):
     """Driven by an equivalent strain, S = [ρ/ρ*]^(−m) √(2 Ψ₀ⁿᵉᵒ/E): a mechanostat (Frost 1987) for m = 0.
 
     set_point: no unit.  exponent: m (no unit); at m = 0 the strain does not fall with the density by itself.
+
+    Example:
+        >>> law = gx.StrainRemodelling(0.1, formation=10.0, most_formation=2.0, exponent=0.0)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        1.0390
     """
 
     exponent: float = 1.0
@@ -82,6 +97,11 @@ class DailyStressRemodelling(Remodelling, replaceable=()):
 
     set_point: ψ* (stress).  cycles: Σ nᵢ per day.  exponent: m (no unit), at least 1.  tissue_density: ρₜ (density).
     concentration: q (no unit), from stress of the continuum to that of the tissue; well posed for q > n.
+
+    Example:
+        >>> law = gx.DailyStressRemodelling(0.5, cycles=3000.0, exponent=4.0, lazy_zone=0.1)
+        >>> print(f"{law.mass_source(1.0, 0.05, gx.Material(1.0)):.4f}")  # at a density and an energy per volume
+        8.0275
     """
 
     cycles: float = 1.0

@@ -41,6 +41,14 @@ def transfer(source: Any, mesh: Mesh, variant: Variant, *, outside: float | None
     has that of the nearest point.
     Raises InputError for what is no such source, mesh or variant, and, unless `outside` is given, if part of the mesh
     lies outside the body.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> coarse, fine = gx.solve(gx.scenes.plate(2), gx.Q1P0), gx.scenes.plate(4)
+        >>> start = gx.transfer(coarse, fine.mesh, gx.Q1P0)
+        >>> problem = gx.discretise(replace(fine, initial_density=start), gx.Q1P0)
+        >>> abs(problem.mass() - coarse.problem.mass()) < 1e-9
+        True
     """
     require_kind(mesh, Mesh, "the mesh to transfer a density to", "the growthx.Mesh of the scene that begins")
     require_kind(variant, Variant, "the variant to transfer a density to", "a variant such as gx.Q1")

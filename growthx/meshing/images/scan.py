@@ -32,6 +32,12 @@ class Scan:
     """Values at the centres of voxels, in HU or in whatever unit a calibration takes.
 
     orientation: the frame in which places are meant, "RAS" or "LPS", as those of the body to be.  name: in sentences.
+
+    Example:
+        >>> import numpy as np
+        >>> scan = gx.ct.from_array(np.zeros((2, 2, 2)), np.eye(4))
+        >>> isinstance(scan, gx.ct.Scan)
+        True
     """
 
     voxels: Voxels
@@ -110,6 +116,12 @@ def from_array(values: Any, affine: Any, orientation: str = "RAS", *, comm: MPI.
     values: shape (i, j, k), in HU or in whatever is calibrated.  affine: (4, 4), from the indices of a voxel to the
     place of its centre.  orientation: the frame of those places, "RAS" or "LPS": that of the body to be, or see `to`.
     Raises InputError for anything else.
+
+    Example:
+        >>> import numpy as np
+        >>> scan = gx.ct.from_array(np.full((4, 4, 4), 300.0), np.diag([0.5, 0.5, 0.5, 1.0]))
+        >>> scan.orientation
+        'RAS'
     """
     require_frame(orientation)
     scan = _scan(values, affine, orientation, "the scan")

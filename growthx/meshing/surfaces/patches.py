@@ -30,6 +30,11 @@ def patches(mesh: Mesh, angle: float = 30.0) -> tuple[Patch, ...]:
     `mesh.named(boundaries={"top": gx.meshing.patches(mesh)[0]})` names one; print them to see which is which.
 
     InputError if the angle is not between 0 and 180.
+
+    Example:
+        >>> found = gx.meshing.patches(gx.scenes.plate(2).mesh)
+        >>> [f"{patch.size:.3f}" for patch in found]
+        ['2.000', '2.000', '1.000', '1.000']
     """
     require_kind(mesh, Mesh, "the mesh of patches", "a mesh of growthx")
     require_number(angle, "the angle between patches", "degrees between 0 and 180", lambda a: 0 < a < 180)
@@ -54,7 +59,13 @@ def patches(mesh: Mesh, angle: float = 30.0) -> tuple[Patch, ...]:
 
 
 def nearest(some: Iterable[Patch], at: tuple[float, ...]) -> Patch:
-    """The patch whose centre is nearest to a place; InputError for none, and for a place of another dimension."""
+    """The patch whose centre is nearest to a place; InputError for none, and for a place of another dimension.
+
+    Example:
+        >>> found = gx.meshing.patches(gx.scenes.plate(2).mesh)
+        >>> gx.meshing.nearest(found, (2.0, 0.5)).count
+        2
+    """
     patches = require_each(tuple(some), Patch, "the patches", "patch")
     where = np.array(require_vector(at, "the place of a patch"))
     if not patches:

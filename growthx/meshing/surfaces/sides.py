@@ -28,6 +28,11 @@ class Patch:
     facets: indices of those that this rank owns, (facets,), in its domain.  count: of all facets.
     size: area, or length in the plane.  centre, normal: means over the patch, the normal out of the body, of unit
     length (zeros where it closes in itself).  low, high: corners of the box about it.
+
+    Example:
+        >>> patch = gx.meshing.nearest(gx.meshing.patches(gx.scenes.plate(2).mesh), (2.0, 0.5))
+        >>> isinstance(patch, gx.meshing.Patch), f"{patch.size:.3f}"
+        (True, '1.000')
     """
 
     facets: Indices = field(repr=False)

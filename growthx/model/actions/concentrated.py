@@ -31,6 +31,11 @@ class NodalLoad(DeadLoad, ABC, replaceable=("points", "within")):
     """A dead load of forces at places on the body.
 
     within: how far from the body a place may be (length); its force is then at the nearest point of the body.
+
+    Example:
+        >>> muscle = gx.LineForce([(0.0, 1.0), (2.0, 1.0)], (0.0, 0.1))
+        >>> isinstance(muscle, gx.NodalLoad), isinstance(gx.Traction("top", (0.0, 0.1)), gx.NodalLoad)
+        (True, False)
     """
 
     within: float = 0.0
@@ -60,6 +65,11 @@ class PointForce(NodalLoad, replaceable=()):
 
     point: at rest, (dim,) (length).  force: (dim,) (force; in two dimensions per thickness).
     history: its share as a function of time, in place of the program's ramp.  case: the load case, for pictures.
+
+    Example:
+        >>> pulled = gx.PointForce((2.0, 0.5), (0.01, 0.0))
+        >>> print(pulled.place)
+        at (2, 0.5)
     """
 
     point: tuple[float, ...]
@@ -95,6 +105,11 @@ class NodalForces(NodalLoad, replaceable=()):
         position x, (3, nodes) to booleans; or numbers of nodes in the order of the file.
     force: of each node, (dim,), or one row for each number of a node, (nodes, dim) (force; per thickness in the plane).
     history, case: as of `PointForce`.
+
+    Example:
+        >>> pulled = gx.NodalForces("right", (0.01, 0.0))
+        >>> print(pulled.place)
+        at the nodes 'right'
     """
 
     nodes: Any
@@ -151,6 +166,11 @@ class LineForce(NodalLoad, replaceable=()):
     parts: points per side of the polygon at which it acts, which should be closer than the nodes.
     within: how far the curve may be from the body (length), at whose nearest points it then acts.
     history, case: as of `PointForce`.
+
+    Example:
+        >>> muscle = gx.LineForce([(0.0, 1.0), (1.0, 1.0), (2.0, 1.0)], (0.0, 0.1), within=0.1)
+        >>> print(muscle.place)
+        along the curve from (0, 1) to (2, 1)
     """
 
     curve: Any

@@ -69,6 +69,11 @@ class Moment(DeadLoad, replaceable=()):
     moment: about the middle at rest, met exactly on flat facets: a number in the plane, positive from x to y (force
         times length per thickness), (3,) in space.  In space about the normal it is torsion.
     history: its share as a function of time, or a `Table`, in place of the program's ramp.
+
+    Example:
+        >>> bent = gx.Moment("right", 0.01)
+        >>> bent.place
+        "on 'right'"
     """
 
     on: str
@@ -113,6 +118,12 @@ class Rotation(Held, replaceable=()):
     axis: of φ, (3,), in space; in the plane φ is from x to y.  displacement: d at full load, (dim,) (length).
     free: directions, as numbers from 0, in which the boundary is free to move, as along the axis of a bar in torsion.
     history: share of φ and d as a function of time, or a `Table`, in place of the program's ramp.
+
+    Example:
+        >>> import math
+        >>> turned = gx.Rotation("right", math.radians(30.0), about=(2.0, 0.5))
+        >>> turned.place
+        'right'
     """
 
     on: str

@@ -30,6 +30,11 @@ class Table(Sealed, replaceable=()):
 
     Two rows of one time are a jump, from the share of the first to that of the second: a step ends there, with the
     share before it, and the next one begins with the share after it.
+
+    Example:
+        >>> steps = gx.Table(((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (2.0, 0.5)))
+        >>> steps(0.25), steps(2.0), steps(3.0), steps.jumps
+        (0.25, 1.0, 0.5, (2.0,))
     """
 
     rows: tuple[tuple[float, float], ...]

@@ -35,6 +35,10 @@ class Foundation(_Elastic, replaceable=()):
     """An elastic foundation (Winkler's) under a named boundary, t = −[k N⊗N + k_t (I − N⊗N)] u, N normal at rest.
 
     normal, tangential: k and k_t, force per area and displacement.  It pulls, too.
+
+    Example:
+        >>> gx.Foundation("bottom", normal=2.0).holds, gx.Foundation("bottom", normal=2.0, tangential=1.0).holds
+        ('normal', 'all')
     """
 
     on: str
@@ -66,6 +70,11 @@ class Spring(_Elastic, replaceable=()):
 
     stiffness: k, force per displacement of the whole boundary (per thickness in two dimensions), a number or one for
         each direction.
+
+    Example:
+        >>> held = gx.Spring("right", stiffness=(0.1, 0.0))  # along x alone
+        >>> held.holds
+        (0,)
     """
 
     on: str

@@ -72,6 +72,11 @@ def compare(
     Cells are sampled at points that integrate a polynomial of degree 5, in the plane at those of each of its 4 × 4
     parts.  The same on all ranks.  Raises InputError for a zone in which nothing grows, and if the other density does
     not cover the body.
+
+    Example:
+        >>> found = gx.compare(gx.solve(gx.scenes.plate(2), gx.Q1P0), 0.7)
+        >>> f"{found.mean:.3f} against {found.other:g}, off by {found.rmse:.3f}"
+        '0.674 against 0.7, off by 0.090'
     """
     problem = getattr(result, "problem", result)
     require_problem(problem)
