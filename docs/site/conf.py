@@ -60,6 +60,8 @@ def _signature(
     """Of a class whose metaclass takes any arguments, that of its constructor."""
     if what != "class" or not told or not told.startswith("(*values"):
         return told, returns
+    if value.__init__ is object.__init__:
+        return "()", returns
     parameters = signature(value.__init__, bound_method=True)
     own = [
         each.replace(

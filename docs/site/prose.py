@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterable
 
 ENTRY = re.compile(r"(?P<names>[A-Za-z_]\w*(?:, (?:and )?[A-Za-z_]\w*)*): (?P<text>.*)")
@@ -19,17 +20,26 @@ def as_text(lines: Iterable[str], known: Iterable[str]) -> list[str]:
 
 def _block(block: str, known: set[str]) -> list[str]:
     lines = block.splitlines()
-    if lines[0].lstrip().startswith(">>>"):
-        return lines
+    shown = next((at for at, line in enumerate(lines) if line.lstrip().startswith(">>>")), len(lines))
+    words, example = lines[:shown], textwrap.dedent("\n".join(lines[shown:])).splitlines()
+    told = _words(words, known) if words else []
+    return [*told, *([""] if told and example else []), *_code_block("pycon", example)]
+
+
+def _code_block(language: str, lines: list[str]) -> list[str]:
+    return [f".. code-block:: {language}", "", *(f"    {line}" for line in lines)] if lines else []
+
+
+def _words(lines: list[str], known: set[str]) -> list[str]:
     if all(line.startswith(" ") for line in lines):
-        return ["::", "", *(f"    {line}" for line in lines)]
+        return _code_block("text", textwrap.dedent("\n".join(lines)).splitlines())
     pieces = [piece for line in lines for piece in NEXT.split(line)]
     parts: list[tuple[str, list[str]]] = [("", [])]
     for piece in pieces:
         entry = ENTRY.match(piece)
         if entry:
             parts.append((entry["names"], [entry["text"]]))
-        elif piece.startswith("Raises "):
+        elif piece.startswith("Raises ") or piece == "Example:":
             parts.append(("", [piece]))
         else:
             parts[-1][1].append(piece.strip())

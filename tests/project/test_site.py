@@ -105,7 +105,10 @@ def test_docstrings_become_text():
         "Raises InputError.",
         "",
     ]
-    assert prose.as_text(["    a = 1"], ()) == ["::", "", "        a = 1", ""]
+    assert prose.as_text(["    a = 1"], ()) == [".. code-block:: text", "", "    a = 1", ""]
+    example = ["n: exponent.", "", "Example:", "    >>> 1 * 2", "    2"]
+    shown = [".. code-block:: pycon", "", "    >>> 1 * 2", "    2", ""]
+    assert prose.as_text(example, ()) == ["- **n**: exponent.", "", "Example:", "", *shown]
 
 
 @pytest.mark.serial
