@@ -61,6 +61,12 @@ def interpolation_points(element: Any) -> Floats:
     return points() if callable(points) else points
 
 
+def cell_name(domain: Any) -> str:
+    """Name of a mesh's cells, of the mesh or of its `ufl_domain()`: an attribute since UFL 2025.3, a method before."""
+    cell = domain.ufl_cell()
+    return cell.cellname() if callable(cell.cellname) else cell.cellname
+
+
 def geometry_nodes(domain: dolfinx.mesh.Mesh) -> Indices:
     """Nodes of the cells' geometry, shape (cells, nodes of a cell), as rows of `domain.geometry.x`."""
     geometry = domain.geometry

@@ -13,6 +13,7 @@ from growthx.common.communicators import steady
 from growthx.fem import kernels
 from growthx.fem.assembly import assemble
 from growthx.fem.cells import SIMPLICES
+from growthx.fem.compat import cell_name
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Indices
@@ -38,7 +39,7 @@ def at_nodes(volume: ufl.Measure, degree: int = 1) -> ufl.Measure:
     """
     if degree == 1:
         return volume.reconstruct(metadata={"quadrature_rule": "vertex", "quadrature_degree": 1})
-    cell = volume.ufl_domain().ufl_cell().cellname()
+    cell = cell_name(volume.ufl_domain())
     if cell not in SIMPLICES:
         return volume.reconstruct(metadata={"quadrature_rule": "GLL", "quadrature_degree": 3})
     points = np.asarray(basix.create_element(basix.ElementFamily.P, basix.CellType[cell], degree).points)

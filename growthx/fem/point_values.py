@@ -12,6 +12,7 @@ import numpy as np
 import ufl
 
 from growthx.common.errors import InputError
+from growthx.fem.compat import cell_name
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
@@ -37,7 +38,7 @@ def check_form(form: ufl.Form) -> None:
         return
     for integral in form.integrals():
         rule = dict(integral.metadata())
-        cell = integral.ufl_domain().ufl_cell().cellname()
+        cell = cell_name(integral.ufl_domain())
         degree, scheme = rule.get("quadrature_degree"), rule.get("quadrature_rule", "default")
         points = (
             rule_points(cell, degree, scheme) if integral.integral_type() == "cell" and degree is not None else None

@@ -272,6 +272,21 @@ def test_an_unknown_environment_is_refused(checkout):
     checkout.assert_refused(says="GROWTHX_ENVIRONMENT is 'conda': python, docker or tree would be right")
 
 
+def test_another_release_has_a_tree_of_its_own(checkout):
+    """What runs with sid's DOLFINx must neither take nor sweep away the tree that everything else runs in."""
+    checkout.environment["GROWTHX_ENVIRONMENT"] = ""
+    checkout.environment["GROWTHX_DEBIAN"] = "sid"
+    checkout.stand_in("mmdebstrap", MMDEBSTRAP + 'echo "$*" >"$tree/asked"\n')
+    (checkout.cache / "growthx" / "debian13-older").mkdir(parents=True)
+    status, asked, messages = checkout.run("cat", "/asked")
+    assert status == 0, messages
+    assert "making a Debian sid tree" in messages and " sid " in asked and "Check-Valid-Until false" in asked
+    trees = sorted(path.name.rpartition("-")[0] for path in (checkout.cache / "growthx").glob("debian*"))
+    assert trees == ["debian-sid", "debian13"]
+    checkout.environment["GROWTHX_ENVIRONMENT"] = "python"
+    checkout.assert_refused(says="another release needs the environment tree")
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGKILL"])
 def test_a_signal_ends_the_command_itself(machine, name):
     """The command takes the script's place, also for those who send the signal: no process stays."""
