@@ -158,3 +158,8 @@ def test_the_site_is_built(tmp_path):
     assert run.returncode == 0 and run.stderr == "", run.stdout + run.stderr
     assert all((tmp_path / "html" / f"{page}.html").is_file() for page in ("index", *listed()))
     assert {"bar.png", "column.png"} <= {path.name for path in (tmp_path / "html" / "_images").iterdir()}
+    for name in contents.TUTORIALS:
+        shown = (tmp_path / "html" / "tutorials" / f"{name}.html").read_text(encoding="utf-8")
+        assert len(re.findall(r"This page took \d+ s and \d+ MB", shown)) == 1 and "peak memory" not in shown, name
+        offered = (tmp_path / "html" / "_sources" / "tutorials" / f"{name}.ipynb").read_text(encoding="utf-8")
+        assert "peak memory" not in offered, name
