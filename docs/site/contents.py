@@ -14,7 +14,18 @@ import growthx
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "docs" / "site"
 
-TUTORIALS = ("bar", "own_mesh", "own_law")  # docs/tutorials/NAME.py, in the order in which they are read
+TUTORIALS = (  # docs/tutorials/NAME.py, in the order in which they are read
+    "bar",
+    "own_mesh",
+    "own_material",
+    "own_law",
+    "load_cases",
+    "implant",
+    "in_space",
+    "ct",
+    "calibration",
+    "long_runs",
+)
 EXPLANATIONS = (  # docs/NAME.md
     "theory",
     "models",
