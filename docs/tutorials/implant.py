@@ -69,7 +69,7 @@ print(f"of all bone: correlation {found.pearson:.3f}, mean change {found.bias:+.
 
 # %%
 own = gx.scenes.stem_mesh(natural=True)
-control_scene = gx.scenes.stem(own, gx.transfer(intact, own, gx.Q1P0, outside=1.2), head=24.0, until=600.0)
+control_scene = gx.scenes.stem(own, gx.transfer(intact, own, gx.Q1P0, outside=1.2), head_radius=24.0, until=600.0)
 control = gx.solve(control_scene, gx.Q1P0, stepping=steps)
 at_first, at_last = (
     gx.zones.area_means(problem, control_scene.zones)

@@ -92,4 +92,4 @@ assert all(means["stimulus"][zone] > mean for zone, mean in means["average"].ite
 # %% [markdown]
 # **Vary it.** Your own cases are `gx.LoadCase("stairs", 0.2, loads)` in a scene's `cases`, as in [your own mesh and
 # load cases](own_mesh.ipynb); the weights are daily cycles by their sum, or any shares. On the command line, `growthx
-# femur --size 6 --loads stimulus --weights 0.6 0.2 0.2 --json` prints the zones.
+# femur --size 6 --combination stimulus --weights 0.6 0.2 0.2 --json` prints the zones.
