@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import growthx
-from docs.site import contents, cost, prose
+from docs.site import contents, cost, errors, prose
 from docs.site.contents import ROOT
 
 WIDTH = 78  # characters of code that a page shows without scrolling
@@ -29,13 +29,15 @@ def stage(folder: Path) -> None:
     tour.write_text(tour.read_text(encoding="utf-8").replace("# growthx", "# A tour", 1), encoding="utf-8")
     for name in contents.EXPLANATIONS:
         _page(ROOT / "docs" / f"{name}.md", folder)
+    for name in contents.HOWTOS:
+        _page(ROOT / "docs" / "howto" / f"{name}.md", folder)
     for name in contents.RESULTS:
         _page(ROOT / "benchmarks" / "results" / f"{name}.md", folder)
     for name in contents.OWN:
         shutil.copy(contents.HERE / f"{name}.md", folder)
     _tutorials(folder / "tutorials")
     _write(folder / "api", dict(_api()))
-    _write(folder, {"commands.md": _commands()})
+    _write(folder, {"commands.md": _commands(), "messages.md": errors.page()})
 
 
 def _page(page: Path, folder: Path) -> None:
@@ -48,6 +50,9 @@ def _page(page: Path, folder: Path) -> None:
         file = Path(os.path.normpath(page.parent / target))
         if "://" in target or file.suffix == ".md":
             return found[0]
+        if file.parent == ROOT / "docs" / "tutorials":
+            notebook = folder / "tutorials" / f"{file.stem}.ipynb"
+            return f"{found['text']}({os.path.relpath(notebook, here.parent)})"
         if file.is_dir() or file.suffix == ".py":
             return found["text"][1:-1]
         copy = folder / file.relative_to(ROOT)
