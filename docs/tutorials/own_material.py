@@ -136,5 +136,6 @@ gx.plots.densities({"E and n per region": result.problem, "an energy of one's ow
 # ![The pulled strip with two regions, and with an energy of one's own](strip.png)
 #
 # **Vary it.** `gx.FibredNeoHooke` has a direction; [stored energies](../docs/energies.md) tells what each is good for;
-# on the command line, `growthx bar --energy linear` takes another one. An energy that makes no sense, or a parameter
-# that a class does not declare, is refused before the run with a sentence that says why.
+# on the command line, `growthx bar --energy linear` takes another one. Parameters of your own class that are to vary in
+# space are fields of a dataclass, named in `coefficients = (*gx.StoredEnergy.coefficients, "mu")`. An energy that makes
+# no sense, or a parameter that a class does not declare, is refused before the run with a sentence that says why.

@@ -16,13 +16,14 @@ if TYPE_CHECKING:
 def _plate_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--elements", 64, int, "number of elements over the height, twice as many along it")
     add_option(parser, "--shape", "quadrilateral", str, SHAPE)
+    add_option(parser, "--step", 0.1, float, "time step")
     add_former(parser, n="elements", cells="shape")
 
 
 def _plate(options: argparse.Namespace) -> Scene:
     from growthx.scenes.plate import plate
 
-    return plate(options.elements, shape=options.shape)
+    return plate(options.elements, shape=options.shape, step=options.step)
 
 
 def _read_plate(result: Result) -> Mapping[str, Any]:

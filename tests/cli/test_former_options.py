@@ -6,7 +6,7 @@ import pytest
 from mpi4py import MPI
 
 from growthx.cli.command import _Former
-from growthx.cli.program import _parser
+from growthx.cli.program import _parser, main
 
 COMM = MPI.COMM_WORLD
 (WORDS,) = (each for each in _parser()._actions if isinstance(each, argparse._SubParsersAction))
@@ -36,3 +36,12 @@ def test_an_old_option_is_the_new_one(name, old, new, capsys):
     notice = f"growthx: {old} is called {new} now, and the old name will go\n"
     assert capsys.readouterr() == ("", notice if COMM.rank == 0 else "")
     assert f" {old} " not in WORDS.choices[name].format_help()
+
+
+def test_a_misspelt_option_names_the_command_and_what_is_near(capsys):
+    """Whose help tells what there is; the program's does not."""
+    assert main(["plate", "--elemnts", "4", "--verbose"]) == 2
+    said = (
+        "unrecognized arguments: --elemnts 4 --verbose, --elements is near (growthx plate --help tells what there is)"
+    )
+    assert capsys.readouterr().err == (f"growthx: {said}\n" if COMM.rank == 0 else "")

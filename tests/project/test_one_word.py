@@ -132,7 +132,7 @@ def test_a_command_and_its_call_have_the_same_words(name):
         for each in inspect.signature(SCENES[name]).parameters.values()
         if each.kind is not each.VAR_KEYWORD
     }
-    scripts = {word.replace("_", "-") for word in ONLY_IN_SCRIPTS} | ({"n", "m", "step"} if name == "plate" else set())
+    scripts = {word.replace("_", "-") for word in ONLY_IN_SCRIPTS} | ({"n", "m"} if name == "plate" else set())
     assert call - scripts <= set(options(name))
     common = set.intersection(*(set(options(each)) for each in ("bar", "femur", "femur3d", "plate", "weinans")))
     of_pictures = {"picture", "relative", "slice", "grey", "above", "cutaway"}
