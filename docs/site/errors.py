@@ -18,7 +18,7 @@ KINDS = ("InputError", "EndedEarly", "OutputError", "GrowthxError", "Interrupted
 ADVICE = re.compile(
     r"\b(?:would|is right|are right|is needed|are needed|needs?|must be|is due|goes on|remains|it has|which has|"
     r"may name|name one|check its|should|reads format|are one|one each|set DISPLAY|is there|"
-    r"has its own|draws it|draw one of)\b"
+    r"has its own|has one|draws it|draw one of)\b"
 )
 ELSEWHERE = re.compile(r"(?:…|:)$")  # it ends with what another sentence says, which is on the page as well
 

@@ -57,7 +57,9 @@ def _main(arguments: Sequence[str]) -> int:
 def _unknown(words: Sequence[str], known: Sequence[str]) -> str:
     """What is wrong about words that a command does not know, with the option that was meant, perhaps."""
     near = (
-        difflib.get_close_matches(word.partition("=")[0], known, 1, NEAR) for word in words if word.startswith("--")
+        difflib.get_close_matches(word.partition("=")[0], known, 1, NEAR)
+        for word in words
+        if word[:2] == "--" and len(word) < LONGEST
     )
     meant = [f"{word[0]} is near" for word in near if word]
     return f"unrecognized arguments: {' '.join(words)}" + "".join(f", {each}" for each in meant)

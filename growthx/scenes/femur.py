@@ -182,7 +182,10 @@ def _mesh_and_anatomy(
                     f"the {name} is {shown(given)}, for a mesh that is not given: the built-in outline has its own"
                 )
         if trusted:
-            raise InputError("trusted is True, for a mesh that is not given: the built-in outline is no stranger's")
+            raise InputError(
+                "trusted is True, for a mesh that is not given: the built-in outline is no stranger's, and "
+                "False would be right"
+            )
         return _own_mesh(cells, size, refine, comm), own_anatomy()
     if not isinstance(mesh, Mesh):
         mesh = files.read(mesh, refine=refine, trusted=trusted, comm=comm)

@@ -160,7 +160,10 @@ def _mesh(
     require_flag(left, "left, of the femur,")
     if mesh is None:
         if trusted:
-            raise InputError("trusted is True, for a mesh that is not given: the built-in femur is no stranger's")
+            raise InputError(
+                "trusted is True, for a mesh that is not given: the built-in femur is no stranger's, and "
+                "False would be right"
+            )
         own = _of_script(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
         return files.read(files.locate("femur3d.geo"), comm=comm, **own)  # type: ignore[arg-type]
     given = {"size": size, "left": left or None, **shape}
