@@ -28,10 +28,10 @@ from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.integration import Integrator
 
 SCENES: dict[str, Callable[[str], gx.Scene]] = {
-    "bar, discontinuous": lambda shape: gx.scenes.bar(DISCONTINUOUS, 10, cells=shape),
-    "bar, continuous": lambda shape: gx.scenes.bar(CONTINUOUS, 10, cells=shape),
+    "bar, discontinuous": lambda shape: gx.scenes.bar(DISCONTINUOUS, 10, shape=shape),
+    "bar, continuous": lambda shape: gx.scenes.bar(CONTINUOUS, 10, shape=shape),
     "plate": lambda shape: gx.scenes.plate(8, shape=shape),
-    "femur": lambda shape: gx.scenes.femur(cells=shape),
+    "femur": lambda shape: gx.scenes.femur(shape=shape),
 }
 SHAPES = ("quadrilateral", "triangle")
 CELLS = {"bar, discontinuous": 10, "bar, continuous": 10, "plate": 128, "femur": 658}  # of quadrilaterals

@@ -54,7 +54,7 @@ def _less(scene: gx.Scene, factor: float) -> gx.Scene:
 
 @cache
 def _femur(shape: str) -> gx.Scene:
-    return gx.scenes.femur(cells=shape, size=None if shape == "quadrilateral" else TRIANGLES)
+    return gx.scenes.femur(shape=shape, size=None if shape == "quadrilateral" else TRIANGLES)
 
 
 @cache

@@ -24,6 +24,8 @@ def main(folder: Path) -> int:
     _name_kernel(folder / "jupyter")
     settings = ["-c", str(HERE), "-d", str(folder / "doctrees"), "-E", "-q", "-n", "-W", "--keep-going"]
     status = build_main([*settings, "-b", "html", str(source), str(site)])
+    if status == 0:
+        stage.offer(site)
     nowhere = links.broken(site) if status == 0 else []
     for link in nowhere:
         print(f"{link} leads nowhere", file=sys.stderr)

@@ -10,7 +10,7 @@ from docutils import nodes
 from sphinx.util.inspect import signature, stringify_signature
 
 import growthx
-from docs.site import contents, prose
+from docs.site import contents, cost, prose
 
 project = "growthx"
 author = "the growthx developers"
@@ -130,5 +130,6 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-process-bases", _bases)
     app.connect("doctree-resolved", _link_names)
+    app.connect("doctree-resolved", cost.show)
     app.connect("html-page-context", _ways_back)
     app.connect("missing-reference", _public)

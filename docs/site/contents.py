@@ -14,7 +14,32 @@ import growthx
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "docs" / "site"
 
-TUTORIALS = ("bar", "own_mesh", "own_law")  # docs/tutorials/NAME.py, in the order in which they are read
+TUTORIALS = (  # docs/tutorials/NAME.py, in the order in which they are read
+    "bar",
+    "own_mesh",
+    "own_material",
+    "own_law",
+    "load_cases",
+    "implant",
+    "in_space",
+    "ct",
+    "calibration",
+    "long_runs",
+)
+HOWTOS = (  # docs/howto/NAME.md
+    "per_region",
+    "read_mesh",
+    "choose_variant",
+    "load_history",
+    "bounds",
+    "stop",
+    "history_and_movie",
+    "read_results",
+    "restart",
+    "many_cores",
+    "faster",
+    "cite",
+)
 EXPLANATIONS = (  # docs/NAME.md
     "theory",
     "models",
@@ -46,7 +71,7 @@ RESULTS = (  # benchmarks/results/NAME.md
     "scaling",
     "random_scenes",
 )
-OWN = ("index", "tutorials", "explanations", "results", "reference", "files", "exit_statuses", "glossary")
+OWN = ("index", "tutorials", "howto", "explanations", "results", "reference", "files", "exit_statuses", "glossary")
 PROJECT = ("README", "CONTRIBUTING", "CHANGELOG", "CODE_OF_CONDUCT")
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import growthx
-from docs.site import contents, prose
+from docs.site import contents, cost, errors, prose
 from docs.site.contents import ROOT
 
 WIDTH = 78  # characters of code that a page shows without scrolling
@@ -29,13 +29,15 @@ def stage(folder: Path) -> None:
     tour.write_text(tour.read_text(encoding="utf-8").replace("# growthx", "# A tour", 1), encoding="utf-8")
     for name in contents.EXPLANATIONS:
         _page(ROOT / "docs" / f"{name}.md", folder)
+    for name in contents.HOWTOS:
+        _page(ROOT / "docs" / "howto" / f"{name}.md", folder)
     for name in contents.RESULTS:
         _page(ROOT / "benchmarks" / "results" / f"{name}.md", folder)
     for name in contents.OWN:
         shutil.copy(contents.HERE / f"{name}.md", folder)
     _tutorials(folder / "tutorials")
     _write(folder / "api", dict(_api()))
-    _write(folder, {"commands.md": _commands()})
+    _write(folder, {"commands.md": _commands(), "messages.md": errors.page()})
 
 
 def _page(page: Path, folder: Path) -> None:
@@ -48,6 +50,9 @@ def _page(page: Path, folder: Path) -> None:
         file = Path(os.path.normpath(page.parent / target))
         if "://" in target or file.suffix == ".md":
             return found[0]
+        if file.parent == ROOT / "docs" / "tutorials":
+            notebook = folder / "tutorials" / f"{file.stem}.ipynb"
+            return f"{found['text']}({os.path.relpath(notebook, here.parent)})"
         if file.is_dir() or file.suffix == ".py":
             return found["text"][1:-1]
         copy = folder / file.relative_to(ROOT)
@@ -59,16 +64,29 @@ def _page(page: Path, folder: Path) -> None:
 
 
 def _tutorials(folder: Path) -> None:
-    """Each as a notebook, which the page offers, and as the script that it is."""
+    """Each as a notebook, which tells at its end what it took, and as the script that it is."""
     import jupytext
+    from nbformat.v4 import new_code_cell
 
     folder.mkdir()
     for name in contents.TUTORIALS:
         script = ROOT / "docs" / "tutorials" / f"{name}.py"
         notebook = jupytext.read(script)
         notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
+        notebook.cells.append(new_code_cell(cost.CELL, metadata={"tags": ["remove-input"]}))
         jupytext.write(notebook, folder / f"{name}.ipynb")
         shutil.copy(script, folder)
+
+
+def offer(folder: Path) -> None:
+    """In a site that is built, the notebooks to be downloaded: without the cell that measures."""
+    import jupytext
+
+    for name in contents.TUTORIALS:
+        notebook = jupytext.read(folder / "_sources" / "tutorials" / f"{name}.ipynb")
+        if notebook.cells[-1].source.strip() == cost.CELL.strip():
+            del notebook.cells[-1]
+            jupytext.write(notebook, folder / "_sources" / "tutorials" / f"{name}.ipynb")
 
 
 def _write(folder: Path, pages: dict[str, str]) -> None:

@@ -6,8 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.command import CELLS, SceneCommand, add_exponents, add_option
-from growthx.common.errors import InputError
+from growthx.cli.command import SHAPE, SceneCommand, add_exponents, add_former, add_option
 
 if TYPE_CHECKING:
     from growthx.model.scene import Scene
@@ -15,23 +14,18 @@ if TYPE_CHECKING:
 
 
 def _bar_arguments(parser: argparse.ArgumentParser) -> None:
-    add_option(
-        parser, "--problem", "discontinuous", str, "discontinuous (stepped stimulus) or continuous (tapered bar)"
-    )
+    add_option(parser, "--kind", "discontinuous", str, "discontinuous (stepped stimulus) or continuous (tapered bar)")
     add_option(parser, "--elements", 40, int, "number of elements along the bar; the paper takes 10, 40 and 100")
-    add_option(parser, "--cells", "quadrilateral", str, CELLS)
-    add_option(parser, "--dt", 0.1, float, "time step")
+    add_option(parser, "--shape", "quadrilateral", str, SHAPE)
+    add_option(parser, "--step", 0.1, float, "time step")
     add_exponents(parser)
+    add_former(parser, problem="kind", cells="shape", dt="step")
 
 
 def _bar(options: argparse.Namespace) -> Scene:
-    from growthx.scenes.bar import PROBLEMS, bar
+    from growthx.scenes.bar import bar
 
-    if options.problem not in PROBLEMS:
-        raise InputError(f"there is no bar problem '{options.problem}': one of {', '.join(PROBLEMS)} would be right")
-    return bar(
-        PROBLEMS[options.problem], options.elements, cells=options.cells, n=options.n, m=options.m, step=options.dt
-    )
+    return bar(options.kind, options.elements, shape=options.shape, n=options.n, m=options.m, step=options.step)
 
 
 def _read_bar(result: Result) -> Mapping[str, Any]:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
+
+from growthx.cli.machine.ranks import first_rank
 
 if TYPE_CHECKING:
     from growthx.constitutive.elastic.base import ByModuli
@@ -13,7 +16,7 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
-CELLS = "shape of the cells: quadrilateral or triangle"
+SHAPE = "shape of the cells: quadrilateral or triangle"
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,35 @@ def add_option(parser: argparse.ArgumentParser, name: str, default: Any, kind: t
     parser.add_argument(name, default=default, type=kind, metavar=name.strip("-").upper(), help=f"{text} ({default})")
 
 
-def add_trust(parser: argparse.ArgumentParser) -> None:
+def add_former(parser: argparse.ArgumentParser, **names: str) -> None:
+    """Old names of options that the parser has, as old="new": still understood, with a line on stderr."""
+    for old, new in names.items():
+        (option,) = (action for action in parser._actions if f"--{new}" in action.option_strings)
+        parser.add_argument(
+            f"--{old}", dest=option.dest, action=_Former, now=option, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
+
+
+class _Former(argparse.Action):
+    """An option by its old name, which does what that of the new one does."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, now: argparse.Action, **hidden: Any) -> None:
+        kind: Any = now.type
+        super().__init__(option_strings, dest, nargs=now.nargs, type=kind, **hidden)
+        self.now = now
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        if first_rank():
+            new = self.now.option_strings[0]
+            print(f"growthx: {option} is called {new} now, and the old name will go", file=sys.stderr)
+        self.now(parser, namespace, values, option)
+
+
+def add_trusted(parser: argparse.ArgumentParser) -> None:
     """The option that trusts a script."""
     parser.add_argument(
-        "--trust", action="store_true", help="let a gmsh script run programs and write files: if you know its author"
+        "--trusted", action="store_true", help="let a gmsh script run programs and write files: if you know its author"
     )
+    add_former(parser, trust="trusted")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.command import CELLS, SceneCommand, add_exponents, add_option, add_trust
+from growthx.cli.command import SHAPE, SceneCommand, add_exponents, add_former, add_option, add_trusted
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
-LOADS = (
+COMBINATION = (
     "how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or stimulus (a "
     "displacement for each, growth by the mean of the energies)"
 )
 
 
 def _femur_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--cells", metavar="CELLS", help=f"{CELLS} (quadrilateral, or what --mesh has)")
+    parser.add_argument("--shape", metavar="SHAPE", help=f"{SHAPE} (quadrilateral, or what --mesh has)")
     parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of the paper's 658 cells)")
     parser.add_argument(
         "--mesh",
@@ -31,7 +31,7 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
         help="own mesh, of any format that growthx reads, of a left or right femur in mm, y proximal, with a boundary "
         "'distal', and 'surface', or 'head' and 'trochanter', or all",
     )
-    add_trust(parser)
+    add_trusted(parser)
     parser.add_argument(
         "--head",
         type=float,
@@ -55,35 +55,36 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
         "built-in outline its anatomical zones)",
     )
     add_option(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
-    add_option(parser, "--loads", "average", str, LOADS)
+    add_option(parser, "--combination", "average", str, COMBINATION)
     parser.add_argument(
         "--weights",
         type=float,
         nargs=3,
         metavar="W",
-        help="weights of midstance of gait, extreme abduction and extreme adduction (those of --loads)",
+        help="weights of midstance of gait, extreme abduction and extreme adduction (those of --combination)",
     )
     add_option(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
     add_option(parser, "--until", 160.0, float, "end time")
-    add_option(parser, "--dt", 4.0, float, "time step; the load ramps over five of them")
+    add_option(parser, "--step", 4.0, float, "time step; the load ramps over five of them")
     add_exponents(parser)
+    add_former(parser, cells="shape", loads="combination", dt="step")
 
 
 def _femur(options: argparse.Namespace) -> Scene:
     from growthx.scenes.femur import combination, femur
 
     if options.mesh is not None:
-        for name in ("size", "cells"):
+        for name in ("size", "shape"):
             if (value := getattr(options, name)) is not None:
                 raise InputError(f"--{name} {value} is for the built-in outline: with --mesh, the file has its own")
-    loads, ends = combination(options.loads), options.trochanter
+    loads, ends = combination(options.combination), options.trochanter
     return femur(
         options.mesh,
-        trusted=options.trust,
+        trusted=options.trusted,
         head=options.head and tuple(options.head),
         trochanter=ends and (tuple(ends[:2]), tuple(ends[2:])),
         zones=options.zones,
-        cells=options.cells or "quadrilateral",
+        shape=options.shape or "quadrilateral",
         size=options.size,
         refine=options.refine,
         thickness=options.thickness,
@@ -91,7 +92,7 @@ def _femur(options: argparse.Namespace) -> Scene:
         separate=loads.separate,
         n=options.n,
         m=options.m,
-        step=options.dt,
+        step=options.step,
         until=options.until,
     )
 

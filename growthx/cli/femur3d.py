@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.command import SceneCommand, add_exponents, add_option, add_trust
+from growthx.cli.command import SceneCommand, add_exponents, add_former, add_option, add_trusted
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from growthx.scenes.femur3d import Femur3d
     from growthx.stepping.record import Result
 
-LOADS = (
+COMBINATION = (
     "how the activities combine: stimulus (a displacement for each, growth by the mean of the energies) or average "
     "(one displacement, of the forces by daily cycles)"
 )
@@ -23,7 +23,7 @@ COMBINATIONS = {"stimulus": True, "average": False}  # whether each activity has
 SHAPE = {
     "head_radius": "radius of the head in mm",
     "neck_shaft_angle": "angle between neck and shaft in degrees",
-    "version": "of the neck, anteriorly, in degrees",
+    "anteversion": "of the neck in degrees",
     "offset": "of the head's centre from the shaft's axis in mm",
     "neck_width": "of the neck, front to back, in mm",
     "neck_height": "of the neck at its narrowest in mm",
@@ -46,7 +46,7 @@ def _femur3d_arguments(parser: argparse.ArgumentParser) -> None:
         help="own mesh in space, of any format that growthx reads, of a left or right femur in mm, z superior and y "
         "anterior, with the boundaries 'head', 'trochanter' and 'distal'",
     )
-    add_trust(parser)
+    add_trusted(parser)
     parser.add_argument(
         "--zones",
         metavar="FILE",
@@ -54,7 +54,7 @@ def _femur3d_arguments(parser: argparse.ArgumentParser) -> None:
         "(anatomical zones, laid by the landmarks of the mesh)",
     )
     add_option(parser, "--body-weight", 735.75, float, "of which the forces are shares, in N")
-    add_option(parser, "--loads", "stimulus", str, LOADS)
+    add_option(parser, "--combination", "stimulus", str, COMBINATION)
     parser.add_argument(
         "--weights",
         type=float,
@@ -63,16 +63,18 @@ def _femur3d_arguments(parser: argparse.ArgumentParser) -> None:
         help="weights of walking, one-legged stance and standing up; 0 leaves one out (0.75 0.2 0.05)",
     )
     add_option(parser, "--until", 20.0, float, "end time")
-    add_option(parser, "--dt", 1.0, float, "time step; the load ramps over the first")
+    add_option(parser, "--step", 1.0, float, "time step; the load ramps over the first")
     add_exponents(parser)
+    add_former(parser, version="anteversion", loads="combination", dt="step")
 
 
 def _femur3d(options: argparse.Namespace) -> Scene:
     from growthx.scenes.femur3d import DAILY, femur3d
 
-    if options.loads not in COMBINATIONS:
+    if options.combination not in COMBINATIONS:
         raise InputError(
-            f"there is no load combination '{options.loads}' in space: one of {', '.join(COMBINATIONS)} would be right"
+            f"there is no load combination '{options.combination}' in space: one of {', '.join(COMBINATIONS)} would be "
+            "right"
         )
     shape = {name: value for name in SHAPE if (value := getattr(options, name)) is not None}
     return femur3d(
@@ -81,13 +83,13 @@ def _femur3d(options: argparse.Namespace) -> Scene:
         left=options.left,
         body_weight=options.body_weight,
         weights=tuple(options.weights or DAILY),
-        separate=COMBINATIONS[options.loads],
+        separate=COMBINATIONS[options.combination],
         zones=options.zones,
         n=options.n,
         m=options.m,
-        step=options.dt,
+        step=options.step,
         until=options.until,
-        trusted=options.trust,
+        trusted=options.trusted,
         **shape,
     )
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from growthx.cli.command import Command, add_trust
+from growthx.cli.command import Command, add_trusted
 from growthx.common.errors import GrowthxError, InputError
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def _arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--near", nargs="+", type=float, metavar="X", help="tell the node nearest to a place, as for a point force"
     )
-    add_trust(parser)
+    add_trusted(parser)
     parser.add_argument("--picture", metavar="PNG", help="draw regions and boundaries")
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
@@ -55,10 +55,10 @@ def _look(options: argparse.Namespace) -> int:
 
     if options.picture is not None:
         check_picture(options.picture, (".png",), MPI.COMM_SELF)
-    check_options(1, options.keep, options.merge, options.trust)
+    check_options(1, options.keep, options.merge, options.trusted)
     parameters = dict(_parameter(text) for text in options.set)
     near = None if options.near is None else tuple(options.near)
-    seen, parts = inspect(Path(options.file), parameters, options.keep, options.merge, options.trust)
+    seen, parts = inspect(Path(options.file), parameters, options.keep, options.merge, options.trusted)
     drawn = options.picture is not None and parts is not None
     if drawn:
         from growthx.post.mesh_picture import mesh_picture
@@ -141,7 +141,7 @@ def _call(seen: Inspection, options: argparse.Namespace) -> str:
     numbers = dict(map(_parameter, options.set))  # as whole as they were given
     words += [f"{name}={int(value) if value.is_integer() else value!r}" for name, value in numbers.items()]
     words += [f'keep="{options.keep}"'] if options.keep else []
-    words += [f"{name}=True" for name, given in (("merge", options.merge), ("trusted", options.trust)) if given]
+    words += [f"{name}=True" for name, given in (("merge", options.merge), ("trusted", options.trusted)) if given]
     return ", ".join(words)
 
 

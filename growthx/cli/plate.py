@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.command import CELLS, SceneCommand, add_option
+from growthx.cli.command import SHAPE, SceneCommand, add_former, add_option
 
 if TYPE_CHECKING:
     from growthx.model.scene import Scene
@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 
 
 def _plate_arguments(parser: argparse.ArgumentParser) -> None:
-    add_option(parser, "--n", 64, int, "number of cells over the height; 2N x N in all")
-    add_option(parser, "--cells", "quadrilateral", str, CELLS)
+    add_option(parser, "--elements", 64, int, "number of elements over the height, twice as many along it")
+    add_option(parser, "--shape", "quadrilateral", str, SHAPE)
+    add_option(parser, "--step", 0.1, float, "time step")
+    add_former(parser, n="elements", cells="shape")
 
 
 def _plate(options: argparse.Namespace) -> Scene:
     from growthx.scenes.plate import plate
 
-    return plate(options.n, shape=options.cells)
+    return plate(options.elements, shape=options.shape, step=options.step)
 
 
 def _read_plate(result: Result) -> Mapping[str, Any]:
@@ -42,15 +44,16 @@ PLATE = SceneCommand(
 
 
 def _weinans_arguments(parser: argparse.ArgumentParser) -> None:
-    add_option(parser, "--n", 40, int, "number of cells along each side; N x N in all")
-    add_option(parser, "--dt", 1.0, float, "time step")
+    add_option(parser, "--elements", 40, int, "number of elements along each side")
+    add_option(parser, "--step", 1.0, float, "time step")
     add_option(parser, "--until", 100.0, float, "end of the run")
+    add_former(parser, n="elements", dt="step")
 
 
 def _weinans(options: argparse.Namespace) -> Scene:
     from growthx.scenes.weinans import weinans_plate
 
-    return weinans_plate(options.n, step=options.dt, until=options.until)
+    return weinans_plate(options.elements, step=options.step, until=options.until)
 
 
 def _read_weinans(result: Result) -> Mapping[str, Any]:

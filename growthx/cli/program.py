@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -10,7 +11,7 @@ from typing import NoReturn
 from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
 from growthx.cli.femur3d import FEMUR3D
-from growthx.cli.machine.completion import completion
+from growthx.cli.machine.completion import completion, options_of
 from growthx.cli.machine.doctor import DOCTOR
 from growthx.cli.machine.versions import VersionAction
 from growthx.cli.mesh import MESH
@@ -28,6 +29,7 @@ In parallel: mpirun -n 2 growthx …, which lets a run end in order after SIGUSR
 """
 
 
+NEAR = 0.8  # likeness of two words, from 0 to 1, above which one may be meant by the other
 LONGEST = 200  # characters of a word of an error: what is longer is no argument
 
 
@@ -45,9 +47,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str]) -> int:
-    options = _parser().parse_args(arguments)
+    options, unknown = _parser().parse_known_args(arguments)
+    if unknown:
+        options.refuse(_unknown(unknown, options.known))
     status: int = options.run(options)
     return status
+
+
+def _unknown(words: Sequence[str], known: Sequence[str]) -> str:
+    """What is wrong about words that a command does not know, with the option that was meant, perhaps."""
+    near = (
+        difflib.get_close_matches(word.partition("=")[0], known, 1, NEAR)
+        for word in words
+        if word[:2] == "--" and len(word) < LONGEST
+    )
+    meant = [f"{word[0]} is near" for word in near if word]
+    return f"unrecognized arguments: {' '.join(words)}" + "".join(f", {each}" for each in meant)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -69,5 +84,5 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         command.arguments(own)
-        own.set_defaults(run=command.run)
+        own.set_defaults(run=command.run, refuse=own.error, known=list(options_of(own)))
     return parser

@@ -15,6 +15,7 @@ from growthx.common.checks import require_kind, require_name
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
 from growthx.common.installed import PACKAGE
+from growthx.common.renamed import renamed
 from growthx.meshing import formats
 from growthx.meshing.assembly.arrays import as_content
 from growthx.meshing.assembly.body import LARGEST, assemble
@@ -51,16 +52,17 @@ def locate(name: str) -> Path:
     raise InputError(f"growthx has no mesh file '{name}'; it has {known or 'none at all'}")
 
 
-def triangles(cells: str) -> bool:
+@renamed(cells="shape")
+def triangles(shape: str) -> bool:
     """The parameter `triangles` of growthx's own scripts for cells of that shape; InputError if they have none such.
 
     Example:
         >>> gx.meshing.triangles("triangle"), gx.meshing.triangles("quadrilateral")
         (True, False)
     """
-    if cells not in PLANE_CELLS:
-        raise InputError(f"there are no cells '{cells}' in the plane: {' or '.join(PLANE_CELLS)} would be right")
-    return cells == "triangle"
+    if shape not in PLANE_CELLS:
+        raise InputError(f"there are no cells '{shape}' in the plane: {' or '.join(PLANE_CELLS)} would be right")
+    return shape == "triangle"
 
 
 def read(

@@ -23,10 +23,14 @@ def split(parts: Parts, refine: int, path: str | Path) -> Parts:
     if refine == 1:
         return parts
     if parts.dim != 2:
-        raise InputError(f"refine = {refine} works on two-dimensional meshes only, and {path} has {parts.shape}s")
+        raise InputError(
+            f"refine = {refine} works on two-dimensional meshes only, and {path} has {parts.shape}s: "
+            "refine = 1 would be right"
+        )
     if len(parts.cells) * refine**2 > MOST_CELLS:
         raise InputError(
-            f"refine = {refine} makes {len(parts.cells)} cells of {path} more than {MOST_CELLS:g}, too many"
+            f"refine = {refine} makes {len(parts.cells)} cells of {path} more than {MOST_CELLS:g}: a "
+            "smaller one would be right"
         )
     weights, pieces = lattice(parts.shape, refine)
     side_weights, side_pieces = lattice("interval", refine)

@@ -38,7 +38,8 @@ class Program(Sealed, replaceable=()):
         require_number(self.ramp, "the duration of the load ramp", "a number of at least 0", lambda t: t >= 0)
         if self.until / self.step > 1e7:
             raise InputError(
-                f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps"
+                f"the time step Δt is {self.step:g} for an end time of {self.until:g}: more than ten million steps, "
+                "and a longer step would be right"
             )
         require_kind(self.requested, (tuple, list, np.ndarray), "the requested times", "a tuple of times")
         for time in self.requested:

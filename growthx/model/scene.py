@@ -96,7 +96,10 @@ class Scene(Sealed, replaceable=()):
         held = [support.components(self.mesh.dim) for support in self.supports]
         springs = any(load.may_hold for load in self.open_loads)
         if not (any(held) or springs or self.inertia):
-            raise InputError(f"the scene '{self.name}' has no support: without one the body is free to move")
+            raise InputError(
+                f"the scene '{self.name}' has no support: without one the body is free to move, and a gx.Support among "
+                "its supports would be right"
+            )
         for load in self.dead_loads:
             if isinstance(load, NodalLoad):
                 load.spots(self.mesh)

@@ -19,6 +19,7 @@ from growthx.common.checks import (
     require_whole,
 )
 from growthx.common.errors import InputError
+from growthx.common.renamed import renamed
 from growthx.discretisation.checks.arguments import require_problem, require_problems
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
@@ -58,6 +59,7 @@ LINE_STYLES = ("-", "-.", ":")
 ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 
+@renamed(loads="arrows")
 def density(
     problem: Discretisation,
     path: str | os.PathLike[str],
@@ -67,7 +69,7 @@ def density(
     scale: str = "",
     smoothed: bool = False,
     magnification: float = 1.0,
-    loads: bool = True,
+    arrows: bool = True,
 ) -> None:
     """Draw the density on the deformed shape of a body and save it, as the path's suffix says (see `IMAGES`).
 
@@ -79,19 +81,19 @@ def density(
     scale: title of a second scale, of ρ, beside that of a relative change; none if empty.
     smoothed: draw the density extrapolated to the corners of the cells and averaged there, instead of the raw one,
     which is constant over the part of a cell that belongs to an integration point.
-    loads: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
+    arrows: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
     Raises InputError, before anything is drawn, for a picture that could not be written, and for a second scale where
     nothing relative is drawn or ρ* is not the same everywhere.
     """
     require_problem(problem)
     if problem.scene.mesh.dim == 3:
-        overview(problem, path, Look("density", title, relative, scale, smoothed, magnification), loads=loads)
+        overview(problem, path, Look("density", title, relative, scale, smoothed, magnification), arrows=arrows)
         return
-    require_flag(loads, "loads, of a picture,")
+    require_flag(arrows, "arrows, of a picture,")
     check_look(title, relative, scale, smoothed, magnification)
     check_picture(path, IMAGES, problem.comm)
     second = second_scale([problem], scale)
-    panel = _body(problem, relative, smoothed, magnification), arrows_of(problem) if loads else []
+    panel = _body(problem, relative, smoothed, magnification), arrows_of(problem) if arrows else []
     on_rank_0(problem, path, lambda: _draw({"": panel}, named(title, relative), second, Path(path), 1, PICTURE_WIDTH))
 
 

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_kind
 from growthx.common.errors import InputError, shown
+from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.homogeneous import Equilibrium, uniaxial_equilibrium
 from growthx.constitutive.material import Material
@@ -58,11 +59,12 @@ CONTINUOUS = Problem("continuous", lambda x: np.full_like(x, 2.0), taper=0.5)
 PROBLEMS = {problem.name: problem for problem in (DISCONTINUOUS, CONTINUOUS)}
 
 
+@renamed(problem="kind", cells="shape")
 def bar(
-    problem: Problem = DISCONTINUOUS,
+    kind: Problem | str = DISCONTINUOUS,
     elements: int = 40,
     *,
-    cells: str = "quadrilateral",
+    shape: str = "quadrilateral",
     n: float = 2.0,
     m: float = 3.0,
     step: float = 0.1,
@@ -71,14 +73,15 @@ def bar(
 ) -> Scene:
     """Bar [0, 1] × 0.01 of `elements` × 1 quadrilaterals, clamped on the left, dead traction (2, 0) on the right.
 
-    cells: "triangle" halves each quadrilateral, with diagonals that alternate.
+    kind: "discontinuous" or "continuous", or the problem of that name.
+    shape: "triangle" halves each quadrilateral, with diagonals that alternate.
     n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
 
     Example:
-        >>> gx.scenes.bar(gx.scenes.CONTINUOUS, elements=10).mesh
+        >>> gx.scenes.bar("continuous", elements=10).mesh
         Mesh(10 quadrilaterals; boundaries 'left', 'right'; regions 'bar')
     """
-    require_kind(problem, Problem, "the problem of the bar", "gx.scenes.DISCONTINUOUS or gx.scenes.CONTINUOUS")
+    problem = _problem(kind)
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
         raise InputError(
             f"the number of elements is {shown(elements)}: a whole number from 1 to {MOST_ELEMENTS} would be right"
@@ -90,7 +93,7 @@ def bar(
         comm=comm,
         elements=elements,
         taper=problem.taper,
-        triangles=files.triangles(cells),
+        triangles=files.triangles(shape),
     )
     return Scene(
         name=f"bar, {problem.name}",
@@ -101,6 +104,15 @@ def bar(
         loads=(Traction("right", (TRACTION, 0.0)),),
         program=Program(step=step, until=until, ramp=1.0),
     )
+
+
+def _problem(kind: Problem | str) -> Problem:
+    """The problem of that name."""
+    if isinstance(kind, str) and kind not in PROBLEMS:
+        raise InputError(f"there is no bar problem '{kind}': one of {', '.join(PROBLEMS)} would be right")
+    found = PROBLEMS[kind] if isinstance(kind, str) else kind
+    require_kind(found, Problem, "the problem of the bar", "gx.scenes.DISCONTINUOUS or gx.scenes.CONTINUOUS")
+    return found
 
 
 def lower_edge(problem: Problem, count: int = 2000) -> Floats:

@@ -13,6 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.common.checks import require_number, require_whole
+from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.material import Material
 from growthx.meshing.files import from_arrays
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
 SIZE = (4.0, 2.0, 0.2)
 
 
+@renamed(cells="elements")
 def bone_plate(
-    cells: int = 21, *, force: float = 0.04, n: float = 2.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD
+    elements: int = 21, *, force: float = 0.04, n: float = 2.0, step: float = 0.1, comm: MPI.Comm = MPI.COMM_WORLD
 ) -> Scene:
     """[0, 4] × [0, 2] × [0, 0.2] in 2N × N × 1 hexahedra, on three planes of symmetry, pulled at x = 4 node by node.
 
-    cells: N; 21 makes 882 cells.  force: of all nodes together, ramped over 0.5 (E = 1, ρ* = 1).
+    elements: N; 21 makes 882 cells.  force: of all nodes together, ramped over 0.5 (E = 1, ρ* = 1).
     n: exponent of stiffness.  With n > m = 1 the model is not well posed, as is well known of it: densities that are
     uniform stay so for a while only.
 
@@ -42,18 +44,18 @@ def bone_plate(
         >>> gx.scenes.bone_plate(2).mesh.cell_count
         8
     """
-    require_whole(cells, "the number of cells over the height of the plate")
+    require_whole(elements, "the number of cells over the height of the plate")
     require_number(force, "the force on the plate", "a positive number", lambda f: f > 0)
-    nodes = np.array([2 * cells + 1, cells + 1, 2])
+    nodes = np.array([2 * elements + 1, elements + 1, 2])
     number = np.arange(nodes.prod()).reshape(nodes)
     grid = np.stack(np.meshgrid(*(np.linspace(0.0, 1.0, k) for k in nodes), indexing="ij"), axis=-1)
-    sides = 2 * cells, cells, 1
+    sides = 2 * elements, elements, 1
     corners = [number[i : i + sides[0], j : j + sides[1], k : k + sides[2]] for i, j, k in _AROUND]
     mesh = from_arrays(
         grid.reshape(-1, 3) * SIZE, np.stack(corners, axis=-1).reshape(-1, 8), shape="hexahedron", comm=comm
     ).named(dict(zip(("left", "bottom", "front"), map(_plane, range(3)), strict=True)))
     # Of a node the quarters of the sides about it.
-    shares = np.ones(nodes[1:]) / (cells * 4)
+    shares = np.ones(nodes[1:]) / (elements * 4)
     shares[1:-1] *= 2.0
     end = number[-1].ravel()
     rows = np.column_stack([force * shares.ravel(), np.zeros(len(end)), np.zeros(len(end))])

@@ -17,6 +17,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_kind, require_number
 from growthx.common.errors import InputError, raise_on_all, shown
+from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.material import Material
 from growthx.meshing import files
@@ -98,13 +99,14 @@ class Femur(Scene):
     thickness: float = 30.0
 
 
+@renamed(cells="shape")
 def femur(
     mesh: Mesh | str | Path | None = None,
     *,
     head: tuple[float, float, float] | None = None,
     trochanter: tuple[tuple[float, float], tuple[float, float]] | None = None,
     zones: str | Path | Mapping[str, Any] | None = None,
-    cells: str = "quadrilateral",
+    shape: str = "quadrilateral",
     size: float | None = None,
     refine: int = 1,
     thickness: float = 30.0,
@@ -121,7 +123,7 @@ def femur(
 
     mesh: a plane Mesh, or a file of one as `meshing.read` takes it, in mm, y proximal, left or right, with a boundary
     "distal" and "surface", or "head" and "trochanter", or all; default: our own outline, in 658 quadrilaterals as in
-    the paper unless `cells` is "triangle" or a `size` of cells (mm) is asked for.
+    the paper unless `shape` is "triangle" or a `size` of cells (mm) is asked for.
     head: centre and radius (x, y, r) of the mesh's; default: of a circle fitted to "head", or to what is round of
     "surface".  trochanter: both ends of the abductors' insertion on "surface"; default: the boundary "trochanter", or
     the lateral side of the greater trochanter, which is looked for.  On our own outline both are known.
@@ -145,7 +147,7 @@ def femur(
     require_kind(separate, bool, "separate, of the load cases,", "True or False")
     program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
-    mesh, where = _mesh_and_anatomy(mesh, head, trochanter, cells, size, refine, trusted, comm)
+    mesh, where = _mesh_and_anatomy(mesh, head, trochanter, shape, size, refine, trusted, comm)
     scene = Femur(
         name="femur",
         mesh=mesh,
@@ -180,7 +182,10 @@ def _mesh_and_anatomy(
                     f"the {name} is {shown(given)}, for a mesh that is not given: the built-in outline has its own"
                 )
         if trusted:
-            raise InputError("trusted is True, for a mesh that is not given: the built-in outline is no stranger's")
+            raise InputError(
+                "trusted is True, for a mesh that is not given: the built-in outline is no stranger's, and "
+                "False would be right"
+            )
         return _own_mesh(cells, size, refine, comm), own_anatomy()
     if not isinstance(mesh, Mesh):
         mesh = files.read(mesh, refine=refine, trusted=trusted, comm=comm)

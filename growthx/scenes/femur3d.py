@@ -17,6 +17,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_each, require_flag, require_number
 from growthx.common.errors import InputError, raise_on_all, shown
+from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.material import Material
 from growthx.meshing import files
@@ -66,6 +67,7 @@ class Femur3d(Scene):
     body_weight: float = BODY_WEIGHT
 
 
+@renamed(version="anteversion")
 def femur3d(
     mesh: Mesh | str | Path | None = None,
     *,
@@ -89,7 +91,7 @@ def femur3d(
     mesh: a Mesh in space, or a file of one as `meshing.read` takes it, in mm, z superior and y anterior, left or right,
     with the boundaries "head", "trochanter" and "distal"; default: our own, a parametric one.
     size: of its cells (mm).  left: a left one.  shape: other parameters of meshes/femur3d.geo, such as head_radius,
-    neck_shaft_angle, version, offset, neck_width, neck_height, shaft_width, shaft_depth, lean, bow and cut.
+    neck_shaft_angle, anteversion, offset, neck_width, neck_height, shaft_width, shaft_depth, lean, bow and cut.
     body_weight: N, of which the activities' forces are shares.
     activities: with a joint force and muscles each.  weights: their parts of the daily cycles; zero leaves one out.
     separate: each activity has its own displacement under its full forces, and the density is driven by the mean of
@@ -158,8 +160,11 @@ def _mesh(
     require_flag(left, "left, of the femur,")
     if mesh is None:
         if trusted:
-            raise InputError("trusted is True, for a mesh that is not given: the built-in femur is no stranger's")
-        own = dict(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
+            raise InputError(
+                "trusted is True, for a mesh that is not given: the built-in femur is no stranger's, and "
+                "False would be right"
+            )
+        own = _of_script(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
         return files.read(files.locate("femur3d.geo"), comm=comm, **own)  # type: ignore[arg-type]
     given = {"size": size, "left": left or None, **shape}
     for name, value in given.items():
@@ -173,6 +178,11 @@ def _mesh(
             "hexahedra would be right"
         )
     return mesh
+
+
+def _of_script(shape: Mapping[str, float]) -> dict[str, float]:
+    """Parameters of meshes/femur3d.geo, where the anteversion is "version"."""
+    return {"version" if name == "anteversion" else name: value for name, value in shape.items()}
 
 
 def _zones(mesh: Mesh, bone: SolidAnatomy, given: str | Path | Mapping[str, Any] | None) -> dict[str, Floats]:

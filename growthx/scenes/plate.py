@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
+from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.material import Material
 from growthx.meshing import files
@@ -26,8 +27,9 @@ MOST_CELLS = {2: 5000, 3: 292}  # over the height: fifty million in all
 TRACTION = 0.02
 
 
+@renamed(cells="elements")
 def plate(
-    cells: int = 64,
+    elements: int = 64,
     *,
     shape: str = "quadrilateral",
     n: float = 2.0,
@@ -37,21 +39,22 @@ def plate(
 ) -> Scene:
     """[0, 2] × [0, 1] in 2N × N quadrilaterals, clamped on the left, dead traction (0, −0.02) on the right.
 
-    cells: N.  shape: "triangle" halves each quadrilateral.
+    elements: N.  shape: "triangle" halves each quadrilateral.
     n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
 
     Example:
         >>> gx.scenes.plate(2, shape="triangle").mesh
         Mesh(16 triangles; boundaries 'left', 'right'; regions none)
     """
-    _require_count(cells, 2, "plate")
+    _require_count(elements, 2, "plate")
     corners = ((0.0, 0.0), (2.0, 1.0))
-    domain = dolfinx.mesh.create_rectangle(steady(comm), corners, (2 * cells, cells), _cell_type(shape))
+    domain = dolfinx.mesh.create_rectangle(steady(comm), corners, (2 * elements, elements), _cell_type(shape))
     return _bent("plate", domain, n, m, step)
 
 
+@renamed(cells="elements")
 def block(
-    cells: int = 8,
+    elements: int = 8,
     *,
     shape: str = "hexahedron",
     n: float = 2.0,
@@ -61,17 +64,17 @@ def block(
 ) -> Scene:
     """[0, 2] × [0, 1]² in 2N × N × N hexahedra, clamped on the left, dead traction (0, −0.02, 0) on the right.
 
-    cells: N.  shape: "tetrahedron" cuts each hexahedron in six, along the diagonal from its lowest corner to its
+    elements: N.  shape: "tetrahedron" cuts each hexahedron in six, along the diagonal from its lowest corner to its
     highest.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
 
     Example:
         >>> gx.scenes.block(2).mesh
         Mesh(16 hexahedra; boundaries 'left', 'right'; regions none)
     """
-    _require_count(cells, 3, "block")
+    _require_count(elements, 3, "block")
     if shape not in ("hexahedron", "tetrahedron"):
         raise InputError(f"there are no cells {shown(shape)} in space: hexahedron or tetrahedron would be right")
-    counts, kind = [2 * cells, cells, cells], getattr(dolfinx.mesh.CellType, shape)
+    counts, kind = [2 * elements, elements, elements], getattr(dolfinx.mesh.CellType, shape)
     domain = dolfinx.mesh.create_box(steady(comm), [np.zeros(3), np.array([2.0, 1.0, 1.0])], counts, kind)
     return _bent("block", domain, n, m, step)
 

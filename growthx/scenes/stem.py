@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError
+from growthx.common.renamed import renamed
 from growthx.common.words import place_in_words
 from growthx.fem import compat
 from growthx.meshing import files
@@ -35,10 +36,11 @@ ON_CUT = (0.1, 0.85)  # shares of it, between which the stem comes out of the bo
 COVER = 1.0  # mm of bone that must be around the stem
 
 
-def scaled(young: float, reference_density: float = 1.2, exponent: float = 2.0) -> float:
+@renamed(exponent="density_exponent")
+def scaled(young: float, reference_density: float = 1.2, density_exponent: float = 2.0) -> float:
     """Young's modulus (MPa) of a metal in the plane model, as many times that of its cortex as in truth of bone's."""
     require_number(young, "Young's modulus of the stem (MPa)", "a positive number", lambda E: E > 0)
-    return young / CORTICAL * BONE_YOUNG * (CORTEX / reference_density) ** exponent
+    return young / CORTICAL * BONE_YOUNG * (CORTEX / reference_density) ** density_exponent
 
 
 def corners(tip: float = 50.0, width: float = 13.0) -> Floats:
@@ -52,25 +54,26 @@ def corners(tip: float = 50.0, width: float = 13.0) -> Floats:
     return np.array([medial, *((MIDDLE + x, y) for x, y in down), lateral])
 
 
+@renamed(cells="shape", head="head_radius")
 def stem_mesh(
     *,
     tip: float = 50.0,
     width: float = 13.0,
-    head: float = 14.0,
+    head_radius: float = 14.0,
     natural: bool = False,
     size: float = 3.5,
-    cells: str = "quadrilateral",
+    shape: str = "quadrilateral",
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Mesh:
     """The femur, cut through its neck, with a stem: regions "bone" and "stem", boundaries "surface" and "distal".
 
-    tip: height of the stem's tip.  width: of the stem there.  head: radius of the head.  size: of cells (all in mm).
-    natural: the femur's own head and neck are one piece with the stem.  cells: "quadrilateral" or "triangle".
+    tip: height of the stem's tip.  width: of the stem there.  head_radius: of the head.  size: of cells (all in mm).
+    natural: the femur's own head and neck are one piece with the stem.  shape: of cells, "quadrilateral" or "triangle".
     Raises InputError for a stem that is not in the bone.
     """
     for value, what in ((tip, "the height of the stem's tip"), (width, "the width of the stem")):
         require_number(value, f"{what} (mm)", "a positive number", lambda x: x > 0)
-    require_number(head, "the radius of the stem's head (mm)", "a number from 10 to 18", lambda r: 10 <= r <= 18)
+    require_number(head_radius, "the radius of the stem's head (mm)", "a number from 10 to 18", lambda r: 10 <= r <= 18)
     require_number(size, "the cell size (mm)", "a positive number", lambda h: h > 0)
     _require_in_bone(tip, width)
     return files.read(
@@ -78,10 +81,10 @@ def stem_mesh(
         comm=comm,
         tip=tip,
         width=width,
-        head=head,
+        head=head_radius,
         natural=int(natural),
         size=size,
-        triangles=files.triangles(cells),
+        triangles=files.triangles(shape),
     )
 
 
@@ -108,12 +111,13 @@ def _require_in_bone(tip: float, width: float) -> None:
         raise InputError(f"the stem's tip is at {tip:g} mm, beside its shoulder: one from 5 to 70 mm would be right")
 
 
+@renamed(head="head_radius")
 def stem(
     mesh: Mesh,
     density: Field,
     *,
     young: float | None = None,
-    head: float = 14.0,
+    head_radius: float = 14.0,
     thickness: float = 30.0,
     weights: tuple[float, float, float] = AVERAGE,
     separate: bool = False,
@@ -125,13 +129,13 @@ def stem(
     mesh: of `stem_mesh`.  density: at the start, as gx.transfer(intact, mesh, variant, outside=1.2) carries it there.
     young: of the stem (MPa); `scaled` turns a metal's into the plane model's.  None: at each place what the bone had
     there, [ρ/ρ*]ⁿ of bone's, for the density that was carried; that changes next to nothing.
-    head: radius of the head that bears the joint's force, 24 of the femur's own.
+    head_radius: of the head that bears the joint's force, 24 of the femur's own.
     Everything else as for `femur`.  Its zones are Gruen's, of a stem as long as the mesh's.
     """
     ends = along_outline(*ABDUCTOR_INSERTION, 3)
     own = femur(
         mesh,
-        head=(*HEAD_CENTRE, head),
+        head=(*HEAD_CENTRE, head_radius),
         trochanter=(tuple(ends[0]), tuple(ends[-1])),
         thickness=thickness,
         weights=weights,

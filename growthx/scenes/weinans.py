@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
+from growthx.common.renamed import renamed
 from growthx.constitutive.elastic.small_strain import LinearElasticity
 from growthx.constitutive.growth import SpecificEnergyDrivenGrowth
 from growthx.meshing.mesh import Mesh
@@ -29,8 +30,9 @@ START = 0.8
 AT_BOUND = 1e-6  # of a bound: nearer, a density is at it
 
 
+@renamed(cells="elements")
 def weinans_plate(
-    cells: int = 40,
+    elements: int = 40,
     *,
     step: float = 1.0,
     until: float = 100.0,
@@ -41,18 +43,18 @@ def weinans_plate(
     E = 100 ρ², ν = 0.3, R₀ = Ψ₀/ρ − 0.25 between the densities 0.01 and 1.74, ρ(0) = 0.8: m = 1 < n = 2, so the
     model is not well posed.  Linear elasticity, as theirs: no deformation changes what is loaded.
 
-    cells: N.  step: Δt; at 1 it is the paper's, an explicit one for `gx.baselines.update`.
+    elements: N.  step: Δt; at 1 it is the paper's, an explicit one for `gx.baselines.update`.
 
     Example:
         >>> gx.scenes.weinans_plate(4).mesh
         Mesh(16 quadrilaterals; boundaries 'bottom', 'top'; regions none)
     """
-    if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS:
+    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_CELLS:
         raise InputError(
-            f"the number of cells along the plate's sides is {shown(cells)}: a whole number from 1 to {MOST_CELLS} "
+            f"the number of cells along the plate's sides is {shown(elements)}: a whole number from 1 to {MOST_CELLS} "
             "would be right"
         )
-    domain = dolfinx.mesh.create_unit_square(steady(comm), cells, cells, dolfinx.mesh.CellType.quadrilateral)
+    domain = dolfinx.mesh.create_unit_square(steady(comm), elements, elements, dolfinx.mesh.CellType.quadrilateral)
     names = {"bottom": lambda x: np.isclose(x[1], 0.0), "top": lambda x: np.isclose(x[1], 1.0)}
     return Scene(
         name="the plate of Weinans",

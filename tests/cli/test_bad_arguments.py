@@ -44,14 +44,14 @@ WORDS = [
 OPTIONS = {
     **dict.fromkeys(("--elements", "--refine", "--checkpoint", "--every", "--frames"), st.sampled_from(COUNTS)),
     **dict.fromkeys(
-        ("--dt", "--until", "--n", "--m", "--thickness", "--adaptive", "--equilibrium"), st.sampled_from(NUMBERS)
+        ("--step", "--until", "--n", "--m", "--thickness", "--adaptive", "--equilibrium"), st.sampled_from(NUMBERS)
     ),
     "--size": st.sampled_from(["8", "9", "1e9", *(number for number in NUMBERS if number not in ("1", "0.5"))]),
     **dict.fromkeys(
         (
-            "--problem",
-            "--cells",
-            "--loads",
+            "--kind",
+            "--shape",
+            "--combination",
             "--mesh",
             "--zones",
             "--variant",
@@ -68,7 +68,7 @@ OPTIONS = {
 }
 PAIRS = st.sampled_from(sorted(OPTIONS)).flatmap(lambda name: st.tuples(st.just(name), OPTIONS[name]))
 ARGUMENTS = st.tuples(
-    st.sampled_from([("bar", "--elements", "10"), ("femur", "--size", "9"), ("plate", "--n", "2"), ()]),
+    st.sampled_from([("bar", "--elements", "10"), ("femur", "--size", "9"), ("plate", "--elements", "2"), ()]),
     st.lists(st.one_of(PAIRS, st.tuples(st.sampled_from(WORDS)), st.tuples(st.text(max_size=4))), max_size=3),
 ).map(lambda parts: [*parts[0], *(word for words in parts[1] for word in words)])
 
@@ -132,12 +132,12 @@ TWO_BODIES = (
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["bar", "--dt", "nan"], "the time step Δt is nan"),
+        (["bar", "--step", "nan"], "the time step Δt is nan"),
         (["femur", "--mesh", "missing.msh"], "there is no file missing.msh"),
         (["femur", "--mesh", "syntax.geo"], "gmsh cannot make a mesh of syntax.geo"),
         (["femur", "--mesh", "two.geo"], "of the scene 'femur'"),
-        (["plate", "--n", "4", "--out", "full"], "the folder full is not empty"),
-        (["plate", "--n", "4", "--out", "full/file"], "the folder full/file cannot be made"),
+        (["plate", "--elements", "4", "--out", "full"], "the folder full is not empty"),
+        (["plate", "--elements", "4", "--out", "full/file"], "the folder full/file cannot be made"),
     ],
 )
 def test_two_ranks_end_together(arguments, sentence, tmp_path):
@@ -164,7 +164,7 @@ def test_two_ranks_end_together_when_the_disk_is_full(tmp_path):
         "    if MPI.COMM_WORLD.rank == 1: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))\n"
         "    start(*arguments)\n"
         "growthx.results.FieldWriter.__init__ = limited\n"
-        "sys.exit(main(['plate', '--n', '8', '--json', '--out', 'out']))"
+        "sys.exit(main(['plate', '--elements', '8', '--json', '--out', 'out']))"
     )
     ended = on_two_ranks(["-c", program], tmp_path)
     assert ended.returncode == OutputError.exit_status

@@ -81,7 +81,7 @@ COMMON = {
             {"zones", "bone", "head", "loads", "at_bounds"}
             | {"side", "crossing", "neck_shaft_angle", "version", "body_weight"},
         ),
-        (["plate", "--n", "4", "--cells", "triangle"], {"tip_displacement"}),
+        (["plate", "--elements", "4", "--shape", "triangle"], {"tip_displacement"}),
     ],
 )
 def test_json_has_one_object_with_scalars(arguments, own, tmp_path):
@@ -106,7 +106,7 @@ def test_remark_6_1_between_bounds(variant, found):
 @pytest.mark.parametrize(("bounds", "shares"), [(("none", "1.1"), (0, 1)), (("0.9", "none"), (1, 0))])
 def test_bounds_of_any_scene(bounds, shares, found):
     """Of one side, too: the loaded end of the bar grows, and stops there; the plate's corners are resorbed to there."""
-    name = ("bar", "--elements", "10") if shares[1] else ("plate", "--n", "4")
+    name = ("bar", "--elements", "10") if shares[1] else ("plate", "--elements", "4")
     ended = found(*name, "--bounds", *bounds)
     assert [share > 0 for share in ended["at_bounds"]] == [bool(share) for share in shares]
 
@@ -162,7 +162,7 @@ def found(in_process):
 def test_every_variant_runs_by_its_name(name, dofs, points, found):
     """On the bar of the paper's table 1, with its unknowns; points are those at which the stress is evaluated."""
     cells = "quadrilateral" if name[0] in "QS" else "triangle"
-    bar = found("bar", "--elements", 10, "--cells", cells, "--variant", name.lower())
+    bar = found("bar", "--elements", 10, "--shape", cells, "--variant", name.lower())
     assert (bar["variant"], bar["dofs"], bar["points"]) == (name, dofs, points)
     assert bar["cells"] == (10 if cells == "quadrilateral" else 20)
     assert bar["converged"] is True and bar["end_displacement"] == pytest.approx(2.37, abs=0.005)
@@ -170,7 +170,7 @@ def test_every_variant_runs_by_its_name(name, dofs, points, found):
 
 def test_the_bar_is_read_at_the_edge_and_on_the_axis(found, in_process):
     """Both readings of the paper's Q2Q2, in the object and in the table: they differ in the third digit."""
-    arguments = ("bar", "--problem", "continuous", "--elements", 10, "--variant", "Q2Q2")
+    arguments = ("bar", "--kind", "continuous", "--elements", 10, "--variant", "Q2Q2")
     bar = found(*arguments)
     assert bar["midpoint_density_change"] == pytest.approx(0.528429, abs=1e-6)
     assert bar["midpoint_axis_density_change"] == pytest.approx(0.527441, abs=1e-6)
@@ -181,9 +181,9 @@ def test_the_bar_is_read_at_the_edge_and_on_the_axis(found, in_process):
 
 def test_the_default_variant_follows_the_cells(found):
     """Q1P0 or P1P0, on each scene: nobody who asks for triangles should have to know a second word for it."""
-    for arguments in (["bar", "--elements", 10], ["plate", "--n", 2], ["femur", "--size", 9, "--until", 4]):
+    for arguments in (["bar", "--elements", 10], ["plate", "--elements", 2], ["femur", "--size", 9, "--until", 4]):
         assert found(*arguments)["variant"] == "Q1P0"
-        halved = found(*arguments, "--cells", "triangle")
+        halved = found(*arguments, "--shape", "triangle")
         assert halved["variant"] == "P1P0" and halved["points"] == halved["cells"]
 
 
@@ -218,14 +218,14 @@ def test_the_picture_of_a_femur_is_of_what_is_asked_for(in_process, tmp_path, mo
     assert density == ("density (g/cm³)", None)
     assert change == ("[ρ − ρ*]/ρ*", ("density (g/cm³)", 1.2))
     assert relative == pytest.approx(rho / 1.2 - 1, abs=1e-12) and relative.max() - relative.min() > 0.01
-    status, out, _ = in_process("plate", "--n", 2, "--picture", "plate.png", "--json")
+    status, out, _ = in_process("plate", "--elements", 2, "--picture", "plate.png", "--json")
     assert json.loads(out)["converged"] and (tmp_path / "plate.png").is_file()
 
 
 @pytest.mark.parametrize("options", [(), ("--vtkhdf",)], ids=["pvd", "vtkhdf"])
 def test_a_run_leaves_its_states_and_a_movie_of_them(options, in_process, tmp_path):
     """As many as were asked for, by the run itself or by a word of its own afterwards; the folder stays as it is."""
-    run = ("plate", "--n", 2, "--out", "out", "--frames", 5, "--times", "0.1,0.2", "--movie", "m.gif")
+    run = ("plate", "--elements", 2, "--out", "out", "--frames", 5, "--times", "0.1,0.2", "--movie", "m.gif")
     status, out, err = in_process(*run, *options)
     assert status == 0, err
     assert out.count("the movie is m.gif") == 1
@@ -347,38 +347,38 @@ def test_two_ranks_give_the_same_object(tmp_path):
     [
         (["bar", "--variant", "Q7"], f"there is no variant 'Q7': one of {', '.join(CATALOGUE)} would be right"),
         (
-            ["bar", "--cells", "triangle", "--variant", "Q1"],
+            ["bar", "--shape", "triangle", "--variant", "Q1"],
             "Q1 is a discretisation for quadrilaterals and hexahedra, and the mesh has triangles: P1P1, P2P2, P2P1, P",
         ),
         (
-            ["plate", "--n", "2", "--variant", "P1"],
+            ["plate", "--elements", "2", "--variant", "P1"],
             "P1 is a discretisation for triangles and tetrahedra, and the mesh ",
         ),
         (
-            ["bar", "--cells", "squares"],
+            ["bar", "--shape", "squares"],
             "there are no cells 'squares' in the plane: quadrilateral or triangle would be",
         ),
         (
-            ["femur", "--cells", "tetrahedron"],
+            ["femur", "--shape", "tetrahedron"],
             "there are no cells 'tetrahedron' in the plane: quadrilateral or triangle",
         ),
-        (["plate", "--cells", "hexahedron"], "there are no cells 'hexahedron' in the plane: quadrilateral or triangle"),
-        (["bar", "--dt", "0"], "the time step Δt is 0: a positive number would be right"),
-        (["bar", "--dt", "nan"], "the time step Δt is nan: a positive number would be right"),
+        (["plate", "--shape", "hexahedron"], "there are no cells 'hexahedron' in the plane: quadrilateral or triangle"),
+        (["bar", "--step", "0"], "the time step Δt is 0: a positive number would be right"),
+        (["bar", "--step", "nan"], "the time step Δt is nan: a positive number would be right"),
         (["femur", "--bounds", "0.1", "high"], "'high' is no density: a number or 'none' would be right"),
         (["plate", "--bounds", "2", "1"], "the bounds of density are (2.0, 1.0): the lowest before the highest"),
         (["bar", "--m", "-1"], "the exponent m is -1: a number of at least 0 would be right"),
         (["bar", "--elements", "x"], "argument --elements: invalid int value: 'x'"),
         (["bar", "--elements", "15"], "the discontinuous bar has 15 elements: a multiple of 10"),
-        (["bar", "--problem", "other"], "there is no bar problem 'other': one of discontinuous, continuous"),
+        (["bar", "--kind", "other"], "there is no bar problem 'other': one of discontinuous, continuous"),
         (["femur", "--thickness", "-3"], "the thickness (mm) is -3: a positive number would be right"),
-        (["femur", "--loads", "all"], "there is no load combination 'all': one of average, superposed"),
+        (["femur", "--combination", "all"], "there is no load combination 'all': one of average, superposed"),
         (["femur", "--mesh", "no.msh"], "there is no file no.msh"),
         (["femur", "--mesh", MESHES / "bar.geo"], "the mesh has no boundary named 'distal'; it has 'left', 'right'"),
         (["femur", "--mesh", "no.msh", "--size", "2"], "--size 2.0 is for the built-in outline: with --mesh, "),
         (
-            ["femur", "--mesh", "no.msh", "--cells", "triangle"],
-            "--cells triangle is for the built-in outline: with --mesh",
+            ["femur", "--mesh", "no.msh", "--shape", "triangle"],
+            "--shape triangle is for the built-in outline: with --mesh",
         ),
         (["plate", "--every", "2"], "states are to be kept by every = 2, but nowhere: a folder to write to is needed"),
         (
@@ -406,12 +406,15 @@ def test_two_ranks_give_the_same_object(tmp_path):
         (["plate", "--movie", "m.avi", "--out", "o", "--every", "1"], "m.avi has the suffix '.avi': one of .gif, .mp4"),
         (["movie", "nowhere"], "there are no states of a run in nowhere: the folder of one with --out and --frames N"),
         (["femur3d", "--body-weight", "0"], "the body weight (N) is 0: one from 150 to 5000, 9.81 N for a kilogram"),
-        (["femur3d", "--loads", "superposed"], "there is no load combination 'superposed' in space: one of stimulus"),
+        (
+            ["femur3d", "--combination", "superposed"],
+            "there is no load combination 'superposed' in space: one of stimulus",
+        ),
         (
             ["femur3d", "--mesh", MESHES / "femur_658.msh"],
             "cells of the shape quadrilateral, and its scene is in",
         ),
-        (["plate", "--n", "0"], "the number of cells over the plate's height is 0: a whole number from 1"),
+        (["plate", "--elements", "0"], "the number of cells over the plate's height is 0: a whole number from 1"),
         (["tibia"], "invalid choice: 'tibia'"),
         ([], "the following arguments are required: COMMAND"),
     ],
@@ -426,7 +429,7 @@ def test_bad_input_is_one_sentence(arguments, sentence, in_process):
 
 def test_bad_input_ends_the_program(tmp_path):
     """Its status and its sentence must reach the shell."""
-    run = growthx("bar", "--cells", "triangle", "--variant", "Q1sri", folder=tmp_path)
+    run = growthx("bar", "--shape", "triangle", "--variant", "Q1sri", folder=tmp_path)
     assert (run.returncode, run.stdout) == (2, "")
     assert (
         run.stderr.startswith("growthx: Q1sri is a discretisation for quadrilaterals") and run.stderr.count("\n") == 1
@@ -435,7 +438,7 @@ def test_bad_input_ends_the_program(tmp_path):
 
 def test_bad_input_in_parallel_is_said_once(tmp_path):
     """All ranks end, one of them speaks."""
-    run = growthx("bar", "--dt", "-1", folder=tmp_path, ranks=2)
+    run = growthx("bar", "--step", "-1", folder=tmp_path, ranks=2)
     assert run.returncode == 2
     assert run.stderr.count("the time step Δt is -1") == 1
 
@@ -443,10 +446,10 @@ def test_bad_input_in_parallel_is_said_once(tmp_path):
 def test_results_go_to_a_new_folder_only(tmp_path):
     """What a user has is never overwritten, and the files say what the tables say."""
     out = tmp_path / "out"
-    assert growthx("plate", "--n", 4, "--out", out, folder=tmp_path).returncode == 0
+    assert growthx("plate", "--elements", 4, "--out", out, folder=tmp_path).returncode == 0
     kept = {path.name: path.read_bytes() for path in out.iterdir()}
     assert {"history.csv", "fields.pvd"} <= set(kept)
-    again = growthx("plate", "--n", 4, "--out", out, folder=tmp_path)
+    again = growthx("plate", "--elements", 4, "--out", out, folder=tmp_path)
     assert again.returncode == 2
     assert f"the folder {out} is not empty" in again.stderr
     assert {path.name: path.read_bytes() for path in out.iterdir()} == kept
@@ -454,7 +457,7 @@ def test_results_go_to_a_new_folder_only(tmp_path):
 
 def test_a_run_that_ends_early_says_so(tmp_path):
     """Ill-posed growth (m = 0, Remark 6.1) resorbs cells: status 3, a reason, the last good state on disk."""
-    found = answer("femur", "--size", 6, "--m", 0, "--dt", 8, folder=tmp_path, status=3)
+    found = answer("femur", "--size", 6, "--m", 0, "--step", 8, folder=tmp_path, status=3)
     assert found["converged"] is False
     assert 100 < found["time"] < 160
     assert re.search(r"ended at t = 1\d\d\.?\d* of 160: .* at \(.*\), and a time step cut from 8 to", found["reason"])
@@ -473,7 +476,7 @@ def test_help_teaches(tmp_path):
 
 def test_steps_from_error_are_for_the_command_line_too(tmp_path):
     """Fewer steps, the same bone; an end at equilibrium; a scheme by name."""
-    small = ("plate", "--n", "4", "--variant", "Q1")
+    small = ("plate", "--elements", "4", "--variant", "Q1")
     fixed, adaptive, second, ended = (
         answer(*small, *options, folder=tmp_path)
         for options in ((), ("--adaptive", "1e-3"), ("--scheme", "tr-bdf2"), ("--equilibrium", "0.9"))
@@ -497,7 +500,7 @@ def test_steps_from_error_are_for_the_command_line_too(tmp_path):
 )
 def test_steps_that_cannot_be_meant_are_refused(options, what, tmp_path):
     """Bad input like any other: one sentence and status 2."""
-    run = growthx("plate", "--n", "2", *options, folder=tmp_path)
+    run = growthx("plate", "--elements", "2", *options, folder=tmp_path)
     assert run.returncode == 2
     assert run.stderr.startswith(f"growthx: {what}")
     assert run.stderr.count("\n") == 1
@@ -506,7 +509,7 @@ def test_steps_that_cannot_be_meant_are_refused(options, what, tmp_path):
 @pytest.mark.parametrize("arguments", [("--json",), ()], ids=["json", "tables"])
 def test_a_reader_who_leaves_is_not_told(arguments, tmp_path):
     """As in `growthx … | head -1`: PETSc would abort with a page about signal 13."""
-    command = [sys.executable, "-m", "growthx", "plate", "--n", "2", *arguments]
+    command = [sys.executable, "-m", "growthx", "plate", "--elements", "2", *arguments]
     pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, cwd=tmp_path, text=True, **pipe) as run:
         run.stdout.close()
@@ -515,7 +518,7 @@ def test_a_reader_who_leaves_is_not_told(arguments, tmp_path):
 
 def test_tables_that_cannot_be_written_are_one_sentence(tmp_path):
     """Redirected to a disk that is full, they would be lost with a traceback that does not say so."""
-    command = [sys.executable, "-m", "growthx", "plate", "--n", "2"]
+    command = [sys.executable, "-m", "growthx", "plate", "--elements", "2"]
     with open("/dev/full", "w") as full:
         run = subprocess.run(command, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120)
     assert (run.stderr, run.returncode) == ("growthx: the output cannot be written (No space left on device)\n", 1)
@@ -533,7 +536,7 @@ def full(folder, result, **options):
 trail.write = full
 raise SystemExit(cli.main(sys.argv[1:]))
 """
-    command = [sys.executable, "-c", script, "plate", "--n", "2", "--out", "out", "--json"]
+    command = [sys.executable, "-c", script, "plate", "--elements", "2", "--out", "out", "--json"]
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert run.returncode == 1
     assert run.stderr.startswith("growthx: the results cannot be written to out") and run.stderr.count("\n") == 1
@@ -542,7 +545,7 @@ raise SystemExit(cli.main(sys.argv[1:]))
 
 def test_another_energy_by_its_name(tmp_path):
     """`--energy` changes the answer a little; a name that there is not is told with those there are."""
-    arguments = ("plate", "--n", 4)
+    arguments = ("plate", "--elements", 4)
     paper, hencky = (answer(*arguments, *more, folder=tmp_path)["mass"] for more in ((), ("--energy", "hencky")))
     assert paper != hencky == pytest.approx(paper, rel=0.05)
     wrong = growthx(*arguments, "--energy", "hookean", folder=tmp_path)

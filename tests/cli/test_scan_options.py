@@ -10,7 +10,7 @@ from growthx.cli import main
 
 nibabel = pytest.importorskip("nibabel", reason="nibabel, which is optional, is not installed")
 
-SHORT = {"bar": ["--elements", "10"], "plate": ["--n", "4"], "femur": ["--size", "9", "--until", "8"]}
+SHORT = {"bar": ["--elements", "10"], "plate": ["--elements", "4"], "femur": ["--size", "9", "--until", "8"]}
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_every_scene_begins_with_a_scan(scene, scan, capfd):
 
 def test_the_table_for_people(scan, capfd):
     """One line says how the two differ."""
-    assert main(["plate", "--n", "4", "--ct", str(scan), "--hu", "0.1,0.001", "--ct-slice", "axial", "0"]) == 0
+    assert main(["plate", "--elements", "4", "--ct", str(scan), "--hu", "0.1,0.001", "--ct-slice", "axial", "0"]) == 0
     out = capfd.readouterr().out
     if COMM.rank == 0:
         assert "compared with the scan: Pearson's r" in out and "RMSE" in out
@@ -64,7 +64,7 @@ def test_the_table_for_people(scan, capfd):
 )
 def test_bad_options_are_one_sentence(options, words, scan, capfd):
     """Before anything is solved, with status 2."""
-    assert main(["plate", "--n", "4", *[str(scan) if word == "SCAN" else word for word in options]]) == 2
+    assert main(["plate", "--elements", "4", *[str(scan) if word == "SCAN" else word for word in options]]) == 2
     err = capfd.readouterr().err
     if COMM.rank == 0:
         assert words in err and err.count("\n") == 1

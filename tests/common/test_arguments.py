@@ -181,7 +181,7 @@ def test_updates_of_a_problem_of_another_scene_are_refused(scene, monkeypatch):
         lambda scene: meshing.read("meshes/bar.geo", comm=5),
         lambda scene: meshing.triangles(5),
         lambda scene: variants.named(5),
-        lambda scene: gx.scenes.bar("continuous"),
+        lambda scene: gx.scenes.bar(1),
     ],
 )
 def test_other_calls_refuse_what_they_cannot_use(call, scene):

@@ -44,7 +44,7 @@ def femur_in_metres(thickness):
     "make",
     [
         *(gx.scenes.femur, lambda: gx.scenes.femur(separate=True), lambda: gx.scenes.femur(weights=(1.0, 1.0, 1.0))),
-        lambda: gx.scenes.femur(cells="triangle", size=8),
+        lambda: gx.scenes.femur(shape="triangle", size=8),
         *(lambda: gx.scenes.bar(elements=10), lambda: gx.scenes.bar(gx.scenes.CONTINUOUS, 20)),
         *(lambda: gx.scenes.plate(1), lambda: gx.scenes.plate(16), lambda: gx.scenes.plate(4, shape="triangle")),
         *(block, lambda: block(cube()), lambda: block(square(shape="triangle"))),

@@ -206,7 +206,7 @@ def test_a_format_may_be_registered_again(register):
 def test_other_formats_need_no_gmsh():
     """Nor does a scene without a file."""
     program = (
-        "import sys; from growthx.cli import main; main(['plate', '--n', '2', '--json'])\n"
+        "import sys; from growthx.cli import main; main(['plate', '--elements', '2', '--json'])\n"
         "from growthx.meshing import formats; assert '.msh' in formats.known(); assert 'gmsh' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

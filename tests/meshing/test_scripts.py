@@ -88,7 +88,7 @@ def test_what_nobody_needs_for_a_mesh_is_refused(command, ends, tmp_path):
     (line,) = (int(word.rstrip(":")) for word in found.split(" line ")[1].split()[:1])
     lines = [number for number, each in enumerate(text.splitlines(), 1) if number > 4 and each.strip('a ="')]
     assert line in lines
-    with pytest.raises(InputError, match=r"trusted=True \(--trust\) would let it"):
+    with pytest.raises(InputError, match=r"trusted=True \(--trusted\) would let it"):
         meshing.read(path)
     assert not list(tmp_path.glob("done*"))
 
@@ -97,7 +97,7 @@ def test_the_sentence(tmp_path):
     """With its cure."""
     path = write(tmp_path, f"{SQUARE}\n  {TOUCH}\n")
     assert refusal(path) == (
-        f"{path}, line 5: SystemCall runs a program: trusted=True (--trust) would let it, if you know who wrote the "
+        f"{path}, line 5: SystemCall runs a program: trusted=True (--trusted) would let it, if you know who wrote the "
         "script"
     )
 

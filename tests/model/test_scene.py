@@ -69,7 +69,11 @@ def test_without_a_ramp_the_load_is_there_at_once():
         ((0.1, 0.0), "the end time is 0: a positive number would be right"),
         ((0.1, float("inf")), "the end time is inf: a positive number would be right"),
         ((0.1, 1.0, -1.0), "the duration of the load ramp is -1: a number of at least 0 would be right"),
-        ((1e-9, 1.0), "the time step Δt is 1e-09 for an end time of 1: more than ten million steps"),
+        (
+            (1e-9, 1.0),
+            "the time step Δt is 1e-09 for an end time of 1: more than ten million steps, and a longer step would be "
+            "right",
+        ),
     ],
 )
 def test_impossible_programs_are_refused(arguments, sentence):
@@ -131,7 +135,11 @@ def test_loads_take_finite_numbers_only(load, value):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"supports": ()}, "the scene 'block' has no support: without one the body is free to move"),
+        (
+            {"supports": ()},
+            "the scene 'block' has no support: without one the body is free to move, and a gx.Support among its "
+            "supports would be right",
+        ),
         (
             {"supports": (Support("lft"),)},
             "the mesh has no boundary named 'lft'; it has 'bottom', 'left', 'right', 'top'",

@@ -278,7 +278,7 @@ def test_deformed_shape_reaches_the_tip(problem):
 def test_profile_of_the_bar(name, shared_folder):
     """From end to end on any number of ranks: piecewise constant for densities at points, continuous for nodal ones."""
     variant = gx.variants.named(name)
-    problem = gx.solve(gx.scenes.bar(DISCONTINUOUS, 10, cells=variant.cells[0], until=0.2), variant).problem
+    problem = gx.solve(gx.scenes.bar(DISCONTINUOUS, 10, shape=variant.cells[0], until=0.2), variant).problem
     places = lower_edge(DISCONTINUOUS)
     rho = problem.sample_density(places)
     low, high = problem.density_range()

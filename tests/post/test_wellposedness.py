@@ -256,7 +256,7 @@ def test_a_check_changes_nothing(variant):
 
 def growthx(*arguments, folder):
     """Run `growthx plate` in a folder, as its own process."""
-    command = [sys.executable, "-m", "growthx", "plate", "--n", "4", *arguments]
+    command = [sys.executable, "-m", "growthx", "plate", "--elements", "4", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
 
 

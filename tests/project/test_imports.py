@@ -219,7 +219,7 @@ def test_importing_growthx_is_light():
 def test_a_plain_run_loads_no_pictures():
     """A run that draws nothing loads no plotting library."""
     code = (
-        "import sys; from growthx.cli import main; main(['plate', '--n', '4', '--json']); "
+        "import sys; from growthx.cli import main; main(['plate', '--elements', '4', '--json']); "
         "print(*(n for n in ('pyvista', 'vtk', 'matplotlib', 'nibabel') if n in sys.modules), file=sys.stderr)"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

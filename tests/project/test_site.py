@@ -26,6 +26,7 @@ def test_every_page_is_in_the_site():
     """Whoever adds a page, a result or a tutorial need not know that there is a site: this test does."""
     folders = {
         "docs": (contents.EXPLANATIONS, "*.md"),
+        "docs/howto": (contents.HOWTOS, "*.md"),
         "docs/tutorials": (contents.TUTORIALS, "*.py"),
         "benchmarks/results": (contents.RESULTS, "*.md"),
         "docs/site": (contents.OWN, "*.md"),
@@ -39,6 +40,7 @@ def test_every_page_is_in_one_toctree():
     """Else Sphinx leaves it where no reader finds it, or has it twice."""
     pages = {
         *(f"docs/{name}" for name in contents.EXPLANATIONS),
+        *(f"docs/howto/{name}" for name in contents.HOWTOS),
         *(f"benchmarks/results/{name}" for name in contents.RESULTS),
         *(f"tutorials/{name}" for name in contents.TUTORIALS),
         *(f"api/{group.page}" for group in contents.GROUPS),
@@ -46,6 +48,7 @@ def test_every_page_is_in_one_toctree():
         *contents.PROJECT,
         *contents.OWN,
         "commands",
+        "messages",
     }
     assert sorted(listed()) == sorted(pages - {"index"})
 
@@ -60,7 +63,7 @@ def test_every_public_name_is_on_one_page():
 
 def test_links_of_its_own_pages_hold():
     """To the repository's pages, which are staged at their own places, and to those that are made."""
-    made = {"commands.md", *(f"tutorials/{name}.ipynb" for name in contents.TUTORIALS)}
+    made = {"commands.md", "messages.md", *(f"tutorials/{name}.ipynb" for name in contents.TUTORIALS)}
     own = {f"{name}.md" for name in contents.OWN}
     for path in HERE.glob("*.md"):
         for target in re.findall(r"\]\(([^)\s]+)\)", path.read_text(encoding="utf-8")):
@@ -158,3 +161,8 @@ def test_the_site_is_built(tmp_path):
     assert run.returncode == 0 and run.stderr == "", run.stdout + run.stderr
     assert all((tmp_path / "html" / f"{page}.html").is_file() for page in ("index", *listed()))
     assert {"bar.png", "column.png"} <= {path.name for path in (tmp_path / "html" / "_images").iterdir()}
+    for name in contents.TUTORIALS:
+        shown = (tmp_path / "html" / "tutorials" / f"{name}.html").read_text(encoding="utf-8")
+        assert len(re.findall(r"This page took \d+ s and \d+ MB", shown)) == 1 and "peak memory" not in shown, name
+        offered = (tmp_path / "html" / "_sources" / "tutorials" / f"{name}.ipynb").read_text(encoding="utf-8")
+        assert "peak memory" not in offered, name

@@ -336,7 +336,7 @@ def test_a_full_disk_leaves_no_results(limit, tmp_path):
         f"    resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
         "    write(*arguments)\n"
         "growthx.results.FieldWriter.__init__ = limited\n"
-        "sys.exit(main(['plate', '--n', '8', '--json', '--out', 'out']))"
+        "sys.exit(main(['plate', '--elements', '8', '--json', '--out', 'out']))"
     )
     run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert run.returncode == OutputError.exit_status

@@ -170,7 +170,7 @@ def test_displacement_is_read_at_a_corner_of_the_right_end(variant):
 @pytest.mark.parametrize("problem", [DISCONTINUOUS, CONTINUOUS], ids=lambda problem: problem.name)
 def test_triangles_halve_the_quadrilaterals(problem):
     """The same bar: two cells for one, each with the level of its own tenth, the same load."""
-    scene = bar(problem, 20, cells="triangle")
+    scene = bar(problem, 20, shape="triangle")
     assert (scene.mesh.cell_name, scene.mesh.cell_count) == ("triangle", 40)
     assert (
         attractors(scene).tolist() == (np.repeat(LEVELS, 4) if problem is DISCONTINUOUS else np.full(40, 2.0)).tolist()
@@ -186,14 +186,14 @@ def test_triangles_halve_the_quadrilaterals(problem):
 def test_unknown_cells_are_refused(cells, shown):
     """A bar in the plane has no hexahedra, and a plural is a mistake easily made."""
     with pytest.raises(InputError) as caught:
-        bar(cells=cells)
+        bar(shape=cells)
     assert str(caught.value) == f"there are no cells '{shown}' in the plane: quadrilateral or triangle would be right"
 
 
 @pytest.mark.parametrize("variant", [gx.P1P1, gx.P2P1, gx.P2, gx.P1P0], ids=lambda variant: variant.name)
 def test_density_and_displacement_are_read_alike_on_triangles(variant):
     """The reading rule, on ρ = 1 + x: the point nearest to x = 0.5 to the right of it, whatever the diagonals."""
-    discretised = gx.discretise(bar(CONTINUOUS, 40, cells="triangle"), variant)
+    discretised = gx.discretise(bar(CONTINUOUS, 40, shape="triangle"), variant)
     discretised.density.interpolate(lambda x: 1 + x[0])
     place = {"P1P1": 0.0, "P2P1": 0.0, "P2": 1 / 6, "P1P0": 1 / 3}[variant.name] / 40
     assert midpoint_density_change(discretised) == pytest.approx(0.5 + place, abs=1e-9)

@@ -41,7 +41,7 @@ papers = pytest.mark.parametrize("name", PAPER)
 @cache
 def solved(problem, elements, variant):
     """The end of one run."""
-    return gx.solve(scenes.bar(problem, elements, cells=variant.cells[0]), variant).problem
+    return gx.solve(scenes.bar(problem, elements, shape=variant.cells[0]), variant).problem
 
 
 def numbers(problem, elements, variant):

@@ -47,7 +47,7 @@ def mesh(request):
     """Three meshes of the femur."""
     if request.param == "658 cells":
         return femur().mesh
-    return femur(size=5.0, cells="triangle" if request.param == "triangles" else "quadrilateral").mesh
+    return femur(size=5.0, shape="triangle" if request.param == "triangles" else "quadrilateral").mesh
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_cases_are_superposed_with_their_weights(mesh, weights):
 def test_resultants_are_exact_whatever_the_unknowns(variant):
     """Densities between the displacements are no forces, and those of serendipity are moments along the edges."""
     expected = sum(forces("midstance of gait"))
-    scene = femur(size=8.0, cells=variant.cells[0], weights=ONE_CASE["midstance of gait"])
+    scene = femur(size=8.0, shape=variant.cells[0], weights=ONE_CASE["midstance of gait"])
     error = 30.0 * resultant(scene, variant) - expected
     assert np.linalg.norm(error) <= 1e-12 * np.linalg.norm(expected)
 
@@ -196,7 +196,7 @@ def test_the_default_mesh_is_the_papers_on_every_gmsh():
     """658 cells come from a file, since versions of gmsh differ; a size, or triangles, ask gmsh."""
     own = femur().mesh
     assert (own.cell_name, own.cell_count, own.domain.geometry.index_map().size_global) == ("quadrilateral", 658, 725)
-    triangles, coarse = femur(cells="triangle").mesh, femur(size=7.0).mesh
+    triangles, coarse = femur(shape="triangle").mesh, femur(size=7.0).mesh
     assert triangles.cell_name == "triangle" and 1.5 * 658 < triangles.cell_count < 2.5 * 658
     assert coarse.cell_name == "quadrilateral" and coarse.cell_count < 300
     assert femur(refine=2).mesh.cell_count == 4 * 658
@@ -205,5 +205,5 @@ def test_the_default_mesh_is_the_papers_on_every_gmsh():
 def test_unknown_cells_are_refused():
     """Before gmsh is started."""
     with pytest.raises(InputError) as caught:
-        femur(cells="hexahedron")
+        femur(shape="hexahedron")
     assert str(caught.value) == "there are no cells 'hexahedron' in the plane: quadrilateral or triangle would be right"

@@ -31,7 +31,7 @@ variants = pytest.mark.parametrize(
 def run(variant):
     """The run to t = 160 and its zone means."""
     # 1e-11: where hardly any bone is left, densities follow the last digits of the balance
-    result = gx.solve(scenes.femur(cells=variant.cells[0]), variant, tolerance=1e-11)
+    result = gx.solve(scenes.femur(shape=variant.cells[0]), variant, tolerance=1e-11)
     return result, zones.area_means(result.problem, anatomical_zones())
 
 

@@ -66,8 +66,8 @@ def test_a_stem_of_bone_is_none():
     )
     intact = gx.solve(scene, gx.Q1P0, stepping=STEPPING)
     density = gx.transfer(intact, mesh, gx.Q1P0)
-    own, _ = changes(gx.scenes.stem(mesh, density, head=HEAD_RADIUS, until=600.0))
-    metal, _ = changes(gx.scenes.stem(mesh, density, head=HEAD_RADIUS, young=scaled(TITANIUM), until=600.0))
+    own, _ = changes(gx.scenes.stem(mesh, density, head_radius=HEAD_RADIUS, until=600.0))
+    metal, _ = changes(gx.scenes.stem(mesh, density, head_radius=HEAD_RADIUS, young=scaled(TITANIUM), until=600.0))
     assert np.abs(own).max() < 0.01 and np.abs(metal).max() > 10 * np.abs(own).max()
 
 
@@ -142,7 +142,9 @@ def test_bone_for_a_stem_needs_a_run():
     with pytest.raises(gx.InputError, match="of a density that no run has"):
         gx.scenes.stem(mesh, 1.2)
     with pytest.raises(gx.InputError, match="stem"):
-        gx.scenes.stem(gx.meshing.read(gx.meshing.locate("femur.geo"), size=9.0), 1.2, young=1.0, head=HEAD_RADIUS)
+        gx.scenes.stem(
+            gx.meshing.read(gx.meshing.locate("femur.geo"), size=9.0), 1.2, young=1.0, head_radius=HEAD_RADIUS
+        )
 
 
 def test_values_of_cells_for_zones():

@@ -79,7 +79,7 @@ def test_the_implicit_solver_says_that_it_is_not_well_posed(caplog):
 @pytest.mark.serial
 def test_the_command(capfd):
     """Its readings as JSON."""
-    assert main(["weinans", "--n", "6", "--until", "2", "--json"]) == 0
+    assert main(["weinans", "--elements", "6", "--until", "2", "--json"]) == 0
     found = json.loads(capfd.readouterr().out)
     assert {"mean_density", "share_at_lowest", "share_at_highest"} <= set(json.dumps(found).replace('"', " ").split())
 

@@ -202,7 +202,7 @@ def test_newton_steps_leave_nodal_densities_positive(variant):
 def test_the_femur_bears_ten_times_its_load_at_once(variant, load, length):
     """The issue's own measure, on the paper's mesh: in one step, without a cut."""
     shape = variant.cells[0]
-    scene = gx.scenes.femur(cells=shape)
+    scene = gx.scenes.femur(shape=shape)
     loads = tuple(replace(each, force=tuple(load * component for component in each.force)) for each in scene.loads)
     (step,), _ = run(replace(scene, loads=loads, program=gx.Program(step=length, until=length)), variant)
     assert step.rejected == 0

@@ -138,7 +138,10 @@ def _open_with(gmsh: Any, path: Path, values: Mapping[str, float]) -> None:
     for name, value in values.items():
         _check_value(json.loads(gmsh.onelab.get(name)), path, value)
         if list(gmsh.onelab.getNumber(name)) != [value]:
-            raise InputError(f"the parameter '{name}' of {path} cannot be {value:g}: the script has it read only")
+            raise InputError(
+                f"the parameter '{name}' of {path} cannot be {value:g}: the script has it read only, and "
+                "without it would be right"
+            )
     if problem is not None:
         raise problem
 

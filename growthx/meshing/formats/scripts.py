@@ -150,7 +150,7 @@ def _tokens(content: bytes) -> list[_Token]:
 
 def _refuse(path: Path, line: int, what: str) -> InputError:
     return InputError(
-        f"{path}, line {line}: {what}: trusted=True (--trust) would let it, if you know who wrote the script"
+        f"{path}, line {line}: {what}: trusted=True (--trusted) would let it, if you know who wrote the script"
     )
 
 

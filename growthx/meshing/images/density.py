@@ -55,12 +55,13 @@ class ScanDensity:
     """
 
     def __init__(
-        self, voxels: Voxels, relation: Relation, *, by: str, exponent: float, place: Slice | None, name: str
+        self, voxels: Voxels, relation: Relation, *, by: str, density_exponent: float, place: Slice | None, name: str
     ) -> None:
         if by not in WAYS:
             raise InputError(f"the density of a scan is by {shown(by)}: one of {', '.join(WAYS)} would be right")
-        require_number(exponent, "the exponent of E ∝ ρⁿ", "a positive number", lambda n: n > 0)
-        self.voxels, self.relation, self.by, self.exponent, self.place = voxels, relation, by, exponent, place
+        require_number(density_exponent, "the exponent of E ∝ ρⁿ", "a positive number", lambda n: n > 0)
+        self.voxels, self.relation, self.by, self.place = voxels, relation, by, place
+        self.density_exponent = density_exponent
         self.name = name
         self._told: set[str] = set()
 
@@ -155,8 +156,8 @@ class ScanDensity:
             shares = volumes[part] / volumes[part].sum(axis=1, keepdims=True)
             if self.by == MODULUS:
                 tally.found(density.ravel(), places, self.relation.floor)
-                powers = np.maximum(density, self.relation.floor) ** self.exponent
-                means[part] = np.sum(shares * powers, axis=1) ** (1 / self.exponent)
+                powers = np.maximum(density, self.relation.floor) ** self.density_exponent
+                means[part] = np.sum(shares * powers, axis=1) ** (1 / self.density_exponent)
             else:
                 means[part] = np.sum(shares * density, axis=1)
                 tally.found(means[part], middle[cells[part]], self.relation.floor)

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from growthx.common.checks import require_path
 from growthx.common.communicators import same_on_all, steady
 from growthx.common.errors import InputError, shown
+from growthx.common.renamed import renamed
 from growthx.common.words import place_in_words
 from growthx.meshing.images import nifti
 from growthx.meshing.images.density import ScanDensity, Slice
@@ -50,6 +51,7 @@ class Scan:
         size = place_in_words(self.voxels.spacing, 4)
         return f"Scan({self.name}: {shape} voxels of {size}, {low} to {high} {self.orientation})"
 
+    @renamed(exponent="density_exponent")
     def density(
         self,
         *,
@@ -58,7 +60,7 @@ class Scan:
         ash: tuple[float, float, float] | None = None,
         floor: float = 0.01,
         by: str = "point",
-        exponent: float = 2.0,
+        density_exponent: float = 2.0,
         largest: float = 5.0,
         z: float | None = None,
         plane: str = "axial",
@@ -70,9 +72,9 @@ class Scan:
         floor: what is below it becomes it, as a notice of the logger `growthx` says.
         by: "point" – where a density is, trilinear between the centres of voxels, or at the midpoint of a cell where
         one value per cell is asked for; "mean" – of the HU of each cell; "modulus" – of E ∝ ρⁿ of each cell, mapped
-        back, with n the exponent.  Means are integrals by a rule of second or third degree in each of as many parts
-        of a cell along its edges as the largest has voxels, 6 at most.  Of densities continuous between cells, nodes
-        have the mean of the cells around them.
+        back, with n the density_exponent.  Means are integrals by a rule of second or third degree in each of as many
+        parts of a cell along its edges as the largest has voxels, 6 at most.  Of densities continuous between cells,
+        nodes have the mean of the cells around them.
         largest: a density above it is refused, as HU or other units give them; numpy.inf for none.
         z: of a plane body, the coordinate of its slice along the axis that it does not have.  plane: that of the
         slice: the body's x, y are the scan's x, y ("axial"), x, z ("coronal") or y, z ("sagittal").
@@ -82,7 +84,7 @@ class Scan:
         """
         place = None if z is None else Slice(plane, z)
         relation = Relation(a, b, ash, floor, largest)
-        return ScanDensity(self.voxels, relation, by=by, exponent=exponent, place=place, name=self.name)
+        return ScanDensity(self.voxels, relation, by=by, density_exponent=density_exponent, place=place, name=self.name)
 
     def to(self, orientation: str) -> Scan:
         """The same scan in the frame of the body: "RAS" or "LPS"."""

@@ -104,7 +104,10 @@ def field_named(field: str, relative: bool, problem: Discretisation) -> str:
             f"the field '{field}' has no single number to be drawn by a colour: one of {right} would be right"
         )
     if relative and field != "density":
-        raise InputError(f"a relative change of '{field}' was asked for: there is one of the density alone")
+        raise InputError(
+            f"a relative change of '{field}' was asked for: there is one of the density alone, and "
+            "relative=False would be right"
+        )
     return "relative_change" if relative else field
 
 

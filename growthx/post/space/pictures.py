@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import check_picture, require_flag, require_kind, require_number
 from growthx.common.errors import InputError
+from growthx.common.renamed import renamed
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.post.colour_bars import Scale
 from growthx.post.derived import FIELDS
@@ -57,12 +58,12 @@ class Look:
         return space_body(problem, self.field, self.relative, self.smoothed, self.magnification)
 
 
-def overview(problem: Discretisation, path: str | os.PathLike[str], look: Look, *, loads: bool = True) -> None:
+def overview(problem: Discretisation, path: str | os.PathLike[str], look: Look, *, arrows: bool = True) -> None:
     """Draw a body from outside with its loads, and the middle slice across its shortest extent."""
-    require_flag(loads, "loads, of a picture,")
+    require_flag(arrows, "arrows, of a picture,")
     look.check(problem, path)
-    plane, arrows = plane_of(None, problem.scene.mesh), arrows_of(problem) if loads else []
-    _show(problem, path, look, lambda body: [panels.outside(body, arrows), panels.section(body, plane)])
+    plane, pulls = plane_of(None, problem.scene.mesh), arrows_of(problem) if arrows else []
+    _show(problem, path, look, lambda body: [panels.outside(body, pulls), panels.section(body, plane)])
 
 
 def slices(
@@ -146,6 +147,7 @@ def threshold(
     )
 
 
+@renamed(loads="arrows")
 def cutaway(
     problem: Discretisation,
     path: str | os.PathLike[str],
@@ -156,17 +158,17 @@ def cutaway(
     relative: bool = False,
     smoothed: bool = False,
     magnification: float = 1.0,
-    loads: bool = True,
+    arrows: bool = True,
 ) -> None:
-    """Draw what of a body in space lies behind a plane, with the arrows of the loads; options as of `slices`.
+    """Draw what of a body in space lies behind a plane, with its loads; options as of `slices`.
 
-    plane: one of `slices`; None: that across the shortest extent.
+    arrows: draw those of the loads.  plane: one of `slices`; None: that across the shortest extent.
     """
     look = Look(field, title, relative, "", smoothed, magnification)
-    require_flag(loads, "loads, of a picture,")
+    require_flag(arrows, "arrows, of a picture,")
     look.check(problem, path)
-    found, arrows = plane_of(plane, problem.scene.mesh), arrows_of(problem) if loads else []
-    _show(problem, path, look, lambda body: [panels.cut_away(body, found, arrows)])
+    found, pulls = plane_of(plane, problem.scene.mesh), arrows_of(problem) if arrows else []
+    _show(problem, path, look, lambda body: [panels.cut_away(body, found, pulls)])
 
 
 def _show(
