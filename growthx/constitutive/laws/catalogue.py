@@ -52,8 +52,8 @@ def in_numbers(words: Mapping[str, str], kind: type[MassSource]) -> dict[str, An
     for word in words:
         if word not in parameters(kind):
             raise InputError(
-                f"the growth law {_name(kind)} has no parameter {shown(word)}: one of {', '.join(parameters(kind))} would "
-                "be right"
+                f"the growth law {_name(kind)} has no parameter {shown(word)}: one of {', '.join(parameters(kind))} "
+                "would be right"
             )
     return {word: _factor(text) if word == "factor" else _number(word, text) for word, text in words.items()}
 
