@@ -38,8 +38,8 @@ class DensityWeight(Sealed, ABC, replaceable=("exponent", "coefficients")):
         ...         relative = density / reference_density
         ...         return 0.5 * relative**2 + 0.5 * relative**3
         >>> bone = gx.Material(young=500.0, density_exponent=Mixed())
-        >>> bone.weight(0.5), round(bone.exponent_at(1.0), 6)
-        (0.1875, 2.5)
+        >>> print(f"{bone.weight(0.5):.4f}, {bone.exponent_at(1.0):.2f}")
+        0.1875, 2.50
     """
 
     coefficients: ClassVar[tuple[str, ...]] = ()

@@ -86,7 +86,8 @@ class Witness:
         for number, case in enumerate(problem.spaces.cases):
             names = [name for name in reactions if not case.name or name.startswith(f"{case.name}: ")]
             moments = [*(turned[name] for name in names), turning[number]]
-            size = self._arm * sum(float(np.linalg.norm(each)) for each in (*map(reactions.get, names), dead[number]))
+            borne_by = [*(reactions[name] for name in names), dead[number]]
+            size = self._arm * sum(float(np.linalg.norm(force)) for force in borne_by)
             size += sum(float(np.linalg.norm(moment)) for moment in moments)
             if size > EXACT * scale:
                 worst = max(worst, float(np.linalg.norm(sum(moments))) / size)
