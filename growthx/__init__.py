@@ -53,6 +53,8 @@ _HOME = {
     "TR_BDF2": "stepping.time_schemes",
     "Mesh": "meshing.mesh",
     "StoredEnergy": "constitutive.energies",
+    "DensityWeight": "constitutive.weights",
+    "PiecewisePower": "constitutive.weights",
     "Material": "constitutive.material",
     "SaintVenantKirchhoff": "constitutive.elastic.isotropic",
     "Hencky": "constitutive.elastic.isotropic",

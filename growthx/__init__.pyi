@@ -31,6 +31,8 @@ from growthx.constitutive.laws.stimuli import SpecificEnergyRemodelling as Speci
 from growthx.constitutive.laws.stimuli import StrainRemodelling as StrainRemodelling
 from growthx.constitutive.material import Material as Material
 from growthx.constitutive.sources import MassSource as MassSource
+from growthx.constitutive.weights import DensityWeight as DensityWeight
+from growthx.constitutive.weights import PiecewisePower as PiecewisePower
 from growthx.discretisation import variants as variants
 from growthx.discretisation.discretise import discretise as discretise
 from growthx.discretisation.transfers.transfer import transfer as transfer

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from growthx.cli.machine.ranks import first_rank
+from growthx.cli.changes.laws import Default
 
 if TYPE_CHECKING:
     from growthx.constitutive.elastic.base import ByModuli
@@ -55,8 +56,8 @@ class SceneCommand:
 
 def add_exponents(parser: argparse.ArgumentParser) -> None:
     """The options n and m."""
-    add_option(parser, "--n", 2.0, float, "exponent n: Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ⁿᵉᵒ")
-    add_option(parser, "--m", 3.0, float, "exponent m: R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* }; well posed for m > n")
+    add_option(parser, "--n", Default(2.0), float, "exponent n: Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ⁿᵉᵒ")
+    add_option(parser, "--m", Default(3.0), float, "exponent m: R₀ = c { [ρ/ρ*]^(−m) Ψ₀ − Ψ₀* }; well posed for m > n")
 
 
 def add_energy(parser: argparse.ArgumentParser) -> None:

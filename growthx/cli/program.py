@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
@@ -33,8 +34,15 @@ NEAR = 0.8  # likeness of two words, from 0 to 1, above which one may be meant b
 LONGEST = 200  # characters of a word of an error: what is longer is no argument
 
 
+NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")  # negative
+
+
 class _Parser(argparse.ArgumentParser):
-    """Bad arguments are bad input like any other."""
+    """Bad arguments are bad input like any other, and -1e-3 is a number, which Python's parser takes for an option."""
+
+    def __init__(self, *values: Any, **options: Any) -> None:
+        super().__init__(*values, **options)
+        self._negative_number_matcher = NUMBER
 
     def error(self, message: str) -> NoReturn:
         words = (word if len(word) <= LONGEST else f"{word[:LONGEST]}…" for word in message.split(" "))

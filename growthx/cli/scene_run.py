@@ -11,6 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from growthx.cli import picture, scan, states
+from growthx.cli.changes import laws, loads
 from growthx.cli.command import Command, SceneCommand, add_energy, with_energy
 from growthx.common.errors import InputError
 
@@ -58,6 +59,8 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
         "long as its source drives it on (none none)",
     )
     add_energy(parser)
+    laws.add_laws(parser)
+    loads.add_loads(parser)
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
@@ -85,12 +88,14 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     energy = None if options.energy is None else catalogue.named(options.energy)
     stepping = _stepping(options)
     scan.check(options)
+    laws.check(options)
     if command.by_gmsh:
         load_gmsh()
     start = time.perf_counter()
     scene = command.build(options)
     if energy is not None:
         scene = with_energy(scene, energy)
+    scene = loads.with_loads(laws.with_laws(scene, options), options)
     if options.bounds is not None:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     scanned = scan.density(options, scene.mesh)

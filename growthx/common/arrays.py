@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import is_dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -23,6 +25,29 @@ def selection(indices: Indices) -> Selection:
 # value for each cell, in the order of the mesh's file; or any of these but the Function per named region.
 Field = Any
 Law = TypeVar("Law", bound="Any")
+
+
+def is_law(value: Any) -> bool:
+    """Whether a parameter of a law is one itself: an object with a tuple `coefficients` of parameters that may vary."""
+    return is_dataclass(value) and not isinstance(value, type) and hasattr(value, "coefficients")
+
+
+def parameters(law: Law) -> dict[str, Field]:
+    """The parameters of a law that may vary in space, by name, those of laws among them as "law.parameter"."""
+    found: dict[str, Field] = {}
+    for name in law.coefficients:
+        value = getattr(law, name)
+        inner = {f"{name}.{part}": of_part for part, of_part in parameters(value).items()} if is_law(value) else None
+        found |= {name: value} if inner is None else inner
+    return found
+
+
+def changed(law: Law, change: Callable[[Field], Field]) -> Law:
+    """The law with a change of each of these parameters; itself where that changes none."""
+    old = {name: getattr(law, name) for name in law.coefficients}
+    new = {name: changed(value, change) if is_law(value) else change(value) for name, value in old.items()}
+    new = {name: value for name, value in new.items() if value is not old[name]}
+    return replace(law, **new) if new else law
 
 
 def is_uniform(field: Field) -> bool:

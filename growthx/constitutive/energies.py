@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -12,16 +13,19 @@ import ufl
 
 from growthx.common.arrays import Field
 from growthx.common.checks import require
+from growthx.common.errors import InputError, shown
 from growthx.common.overrides import Sealed
 from growthx.constitutive.expressions import exact_exponent, expression
 from growthx.constitutive.kinematics import in_space, volume_change
+from growthx.constitutive.weights import DensityWeight
 
 
 class Elasticity(Sealed, ABC, replaceable=()):
     """A stored energy weighted by relative density, Ψ₀ = [ρ/ρ*]ⁿ Ψ₀ᵉˡ; what follows from it for all of them.
 
     A frozen dataclass with these parameters among its own.  reference_density: ρ* (density).  density_exponent: n (no
-    unit), a number or a field; where nothing grows there is no weight, whatever n is.
+    unit), a number or a field, or a `DensityWeight`, which stands wherever [ρ/ρ*]ⁿ is written; where nothing grows
+    there is no weight, whatever n is.
     """
 
     reference_density: Field
@@ -58,9 +62,22 @@ class Elasticity(Sealed, ABC, replaceable=()):
         """Names of the parameters that `stiffness` depends on."""
         return tuple(name for name in self.coefficients if name not in Elasticity.coefficients)
 
+    @property
+    def is_of_a_power(self) -> bool:
+        """Whether the weight is [ρ/ρ*]ⁿ, with one exponent at all densities."""
+        return not isinstance(self.density_exponent, DensityWeight)
+
     def weight(self, density: Any) -> Any:
         """[ρ/ρ*]ⁿ, no unit."""
-        return (density / self.reference_density) ** exact_exponent(self.density_exponent)
+        n = self.density_exponent
+        if isinstance(n, DensityWeight):
+            return n.weight(density, self.reference_density)
+        return (density / self.reference_density) ** exact_exponent(n)
+
+    def exponent_at(self, density: Any) -> Any:
+        """N at a density, ∂ ln w/∂ ln ρ, no unit."""
+        n = self.density_exponent
+        return n.exponent(density, self.reference_density) if isinstance(n, DensityWeight) else n
 
     def stress(self, H: Any, density: Any) -> Any:
         """Reduced momentum flux P̄ = [ρ/ρ*]ⁿ ∂Ψ₀ᵉˡ/∂F (7) at H = ∇u, force per reference area.
@@ -82,7 +99,14 @@ class Elasticity(Sealed, ABC, replaceable=()):
     def _check_weight(self) -> None:
         """Raise InputError for parameters of the weight that make no sense."""
         require(self.reference_density, "the reference density ρ*", "a positive number", lambda rho: rho > 0)
-        require(self.density_exponent, "the density exponent n", "a number of at least 0", lambda n: n >= 0)
+        n = self.density_exponent
+        if isinstance(n, Mapping) and any(isinstance(part, DensityWeight) for part in n.values()):
+            raise InputError(
+                f"the density exponent n is {shown(n)}: numbers for the regions, or one DensityWeight whose parameters "
+                "are numbers for the regions, would be right"
+            )
+        if not isinstance(n, DensityWeight):
+            require(n, "the density exponent n", "a number of at least 0", lambda n: n >= 0)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,16 @@ def ln(x: Any) -> Any:
     return ufl.ln(x) if is_symbolic(x) else np.log(x)
 
 
+def exp(x: Any) -> Any:
+    """Exponential.
+
+    Example:
+        >>> float(gx.functions.exp(0.0))
+        1.0
+    """
+    return ufl.exp(x) if is_symbolic(x) else np.exp(x)
+
+
 def positive_part(x: Any, width: Any) -> Any:
     """X where it is above, 0 where it is below, with the corner rounded over 0 < x < width and nowhere else.
 

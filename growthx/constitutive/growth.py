@@ -32,9 +32,9 @@ class GrowthLaw(
 ):
     """A mass source R₀ = c { S − S* } with a stimulus S yet to be stated.
 
-    A law of one's own states `power` and `drive`, `linear` if the drive is proportional to the energy, and names
-    parameters of its own that may vary in space in `coefficients`.  Raises InputError, when the class is made, if it
-    replaces anything else: see `overrides`.
+    A law of one's own states `power`, of a material with a number n, and `drive`, `linear` if the drive is proportional
+    to the energy, and names parameters of its own that may vary in space in `coefficients`.  Raises InputError, when
+    the class is made, if it replaces anything else: see `overrides`.
 
     attractor: attractor stimulus S*, a number or a field, in the unit of the stimulus.
     rate: c (density per time and per stimulus), a number or a field.
@@ -104,7 +104,7 @@ class GrowthLaw(
     def mass_source_and_slope(self, density: Any, elastic_energy: Any, material: Elasticity) -> tuple[Any, Any]:
         """R₀ and ∂_ρ R₀, whose stimulus is computed once."""
         stimulus = self.stimulus(density, elastic_energy, material)
-        excess, slope = stimulus - self.attractor, self.rate * self.power(material) * stimulus / density
+        excess, slope = stimulus - self.attractor, self.rate * self.power_at(density, material) * stimulus / density
         if self.dead_zone == 0:
             return self.rate * excess, slope
         response, response_slope = self.response_and_slope(excess)

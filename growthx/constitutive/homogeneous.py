@@ -58,9 +58,13 @@ def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: flo
             f"{type(growth).__name__} has a memory, and its equilibrium depends on the way there: memory=None would be "
             "right"
         )
-    n = material.density_exponent
-    require_number(n, "the density exponent n of a homogeneous state", "a number of at least 0", lambda n: n >= 0)
-    density = _density_by_power(material, growth) if isinstance(growth, GrowthLaw) else _density(material, growth)
+    if material.is_of_a_power:
+        n = material.density_exponent
+        require_number(n, "the density exponent n of a homogeneous state", "a number of at least 0", lambda n: n >= 0)
+    if material.is_of_a_power and isinstance(growth, GrowthLaw):
+        density = _density_by_power(material, growth)
+    else:
+        density = _density(material, growth)
 
     def state(extension: float) -> Equilibrium:
         # As a share of the extension, of which it keeps the digits; a share of one lowers the volume.

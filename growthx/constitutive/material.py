@@ -28,7 +28,7 @@ class Material(
     young: Young's modulus E (stress), a number or a field.
     poisson: Poisson's ratio ν (no unit), -1 < ν < 1/2, a number or a field.
     reference_density: ρ* (density), a number or a field.
-    density_exponent: n (no unit), a number or a field; where nothing grows there is no weight, whatever n is.
+    density_exponent: n (no unit), a number or a field, or a `DensityWeight`; where nothing grows there is no weight.
 
     Example:
         >>> bone = gx.Material(young=500.0, density_exponent=2.0)

@@ -205,7 +205,7 @@ class Discretisation:
         place = np.array(require_vector(about, "the place of reaction moments"))
         if len(place) != self.scene.mesh.dim:
             raise InputError(f"the place of reaction moments has {len(place)} entries: it needs {self.scene.mesh.dim}")
-        return self.system.supports.moments(self._borne(), place, self.displacements)
+        return self.system.supports.moments(self._borne(), place, [u.x.array for u in self.displacements])
 
     def _borne(self) -> Floats:
         borne = self.system.borne

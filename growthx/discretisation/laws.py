@@ -9,7 +9,7 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx.common.arrays import is_uniform
+from growthx.common.arrays import is_law, is_uniform
 from growthx.discretisation.variants import AtPoints
 from growthx.fem.assembly import average_cells, cell_means
 from growthx.meshing.fields import law_as_ufl
@@ -37,6 +37,9 @@ def laws(spaces: Spaces) -> tuple[Elasticity, MassSource]:
 def _by_cells(spaces: Spaces, law: Law, names: tuple[str, ...]) -> Law:
     """A law with some parameters as means over cells, where they are functions that vary inside them."""
     domain = spaces.scene.mesh.domain
+    inner = {name: part for name in names if is_law(part := getattr(law, name))}
+    if inner:
+        law = replace(law, **{name: _by_cells(spaces, part, part.coefficients) for name, part in inner.items()})
     vary = [
         name
         for name in names
@@ -59,7 +62,7 @@ def _is_constant_on_cells(field: dolfinx.fem.Function) -> bool:
 
 def with_exponents(spaces: Spaces, as_arrays: Elasticity, in_ufl: Elasticity) -> Elasticity:
     """A material as arrays with exponents as they are, not as means, whose round-off would hide which are alike."""
-    if is_uniform(as_arrays.density_exponent):
+    if is_uniform(as_arrays.density_exponent) or not as_arrays.is_of_a_power:
         return as_arrays
     at_places = spaces.evaluate(in_ufl.density_exponent, spaces.density_points)
     exponents = average_cells(spaces.density_space, at_places).x.array[spaces.growing]  # each is of one cell alone

@@ -67,6 +67,29 @@ class Held:
         return self.at(1.0)
 
 
+class Turns:
+    """What turns the body about a place, as unknowns: the test functions by which forces have their moments."""
+
+    def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
+        self._unknowns, self._dim = unknowns, spaces.scene.mesh.dim
+        places = dolfinx.fem.Function(spaces.displacement_space)
+        places.interpolate(lambda x: x[: self._dim])
+        self._places = places.x.array.reshape(-1, self._dim)
+        self._deforms = not spaces.scene.material.small_strain
+        self.axes = [np.ones(1)] if self._dim == 2 else list(np.eye(3))
+
+    def of(self, axis: Floats, about: Floats, u: Floats | None, case: int) -> Floats:
+        """δu = axis × (X + u − c), shape (owned unknowns,); of small strains, or without a u, axis × (X − c).
+
+        axis: in the plane one number.  u: the displacement of the case, as `x.array`.
+        """
+        K = cross_matrix(axis, self._dim)
+        arms = self._places if u is None or not self._deforms else self._places + u.reshape(-1, self._dim)
+        whole = np.zeros_like(self._unknowns.function.x.array)
+        whole[self._unknowns.parts[case]] = (arms @ K.T).ravel()
+        return np.asarray(whole[: self._unknowns.owned] - (K @ about) @ self._unknowns.translations[case])
+
+
 class Supports:
     """What holds the displacements of the load cases.
 
@@ -74,7 +97,8 @@ class Supports:
     """
 
     def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
-        self._spaces, self._unknowns, self._translations = spaces, unknowns, unknowns.translations
+        self._spaces, self._translations = spaces, unknowns.translations
+        self._turns = Turns(spaces, unknowns)
         scene = spaces.scene
         self.held = [
             held
@@ -109,32 +133,23 @@ class Supports:
             forces[dofs] = 0.0  # what two supports share is borne by the first
         return found
 
-    def moments(self, borne: Floats, about: Floats, displacements: list[dolfinx.fem.Function]) -> dict[str, Floats]:
+    def moments(self, borne: Floats, about: Floats, displacements: list[Floats]) -> dict[str, Floats]:
         """Moment on the body at each support about a place, by name as `reactions`; shape (1,) in the plane, or (3,).
 
-        With the arms as they are deformed by the displacements of the load cases (force times length; per thickness).
+        With the arms as they are deformed by the displacements of the load cases, as `x.array` each, of a material of
+        small strains with those at rest (force times length; per thickness).
         """
-        dim, names = self._spaces.scene.mesh.dim, self._names()
-        axes = [np.ones(1)] if dim == 2 else list(np.eye(3))
+        axes, names = self._turns.axes, self._names()
         found: dict[str, Floats] = {name: np.zeros(len(axes)) for name in names}
         for number, axis in enumerate(axes):
-            K, forces = cross_matrix(axis, dim), borne.copy()
-            turns = [self._turn(K, about, u, case) for case, u in enumerate(displacements)]
+            forces = borne.copy()
+            turns = [self._turns.of(axis, about, u, case) for case, u in enumerate(displacements)]
             for name, held in zip(names, self.held, strict=True):
                 dofs = owned(held.condition)
                 of_rank = float(turns[held.case][dofs] @ forces[dofs])
                 found[name][number] += self._spaces.comm.allreduce(of_rank) / self._spaces.cases[held.case].weight
                 forces[dofs] = 0.0
         return found
-
-    def _turn(self, K: Floats, about: Floats, u: dolfinx.fem.Function, case: int) -> Floats:
-        """The unknowns that turn the deformed body about a place, δu = K (X + u − c), shape (owned unknowns,)."""
-        dim = len(K)
-        moved = dolfinx.fem.Function(u.function_space)
-        moved.interpolate(lambda x: K @ (x[:dim] - about[:, np.newaxis]))
-        whole = np.zeros_like(self._unknowns.function.x.array)
-        whole[self._unknowns.parts[case]] = moved.x.array + (u.x.array.reshape(-1, dim) @ K.T).ravel()
-        return whole[: self._unknowns.owned]
 
     def _names(self) -> list[str]:
         cases = self._spaces.cases
@@ -149,6 +164,7 @@ class DeadLoads:
 
     def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
         self._spaces, self._translations = spaces, unknowns.translations
+        self._turns = Turns(spaces, unknowns)
         self.nodal_load: Floats = np.zeros(unknowns.owned)
         self.timed_loads: list[tuple[Callable[[float], float], Floats]] = []
         for number, (case, test) in enumerate(zip(spaces.cases, unknowns.tests, strict=True)):
@@ -187,6 +203,18 @@ class DeadLoads:
     def resultants(self, forces: Floats) -> list[Floats]:
         """Resulting force of each load case, of nodal forces that count by its weight, shape (dim,) each."""
         return [self.resultant(forces, number) / case.weight for number, case in enumerate(self._spaces.cases)]
+
+    def moments(self, forces: Floats, about: Floats, displacements: list[Floats] | None = None) -> list[Floats]:
+        """Resulting moment of each load case about a place, of such forces, shape (1,) in the plane, or (3,).
+
+        displacements: of the cases, whose deformed arms count; None: those at rest.
+        """
+        comm, found = self._spaces.comm, []
+        for number, case in enumerate(self._spaces.cases):
+            u = None if displacements is None else displacements[number]
+            of_rank = [float(self._turns.of(axis, about, u, number) @ forces) for axis in self._turns.axes]
+            found.append(np.array(comm.allreduce(np.array(of_rank))) / case.weight)
+        return found
 
     def full(self) -> Floats:
         """Nodal forces of full loads, histories at one."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import dolfinx
 import numpy as np
 
-from growthx.common.arrays import Field, Law, is_uniform
+from growthx.common.arrays import Field, Law, is_law, is_uniform
 from growthx.common.checks import is_function
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, raise_on_all, shown
@@ -26,10 +26,13 @@ if TYPE_CHECKING:
 def as_ufl(field: Field, mesh: Mesh) -> Any:
     """The field as a UFL coefficient: a Constant, or a Function with one value per cell (midpoint), or the user's own.
 
+    A law that is a parameter of another has its own parameters so.
     Raises InputError for a mapping that leaves cells without a value or names an unknown region.
     """
     if is_uniform(field):
         return dolfinx.fem.Constant(mesh.domain, dolfinx.default_scalar_type(field))
+    if is_law(field):
+        return law_as_ufl(field, mesh)
     if isinstance(field, TransferredDensity):
         return field.on(mesh)
     if isinstance(field, dolfinx.fem.Function):
@@ -175,7 +178,11 @@ def law_as_ufl(law: Law, mesh: Mesh) -> Law:
 def law_as_arrays(law: Law, mesh: Mesh, average: Callable[[Any], Floats]) -> Law:
     """The same law with its varying parameters as arrays: `average` turns a coefficient into one value per density."""
     varying = {name: getattr(law, name) for name in law.coefficients if not is_uniform(getattr(law, name))}
-    return _with(law, mesh, {name: average(as_ufl(field, mesh)) for name, field in varying.items()})
+    return _with(law, mesh, {name: _as_array(field, mesh, average) for name, field in varying.items()})
+
+
+def _as_array(field: Field, mesh: Mesh, average: Callable[[Any], Floats]) -> Any:
+    return law_as_arrays(field, mesh, average) if is_law(field) else average(as_ufl(field, mesh))
 
 
 def _with(law: Law, mesh: Mesh, parameters: dict[str, Any]) -> Law:

@@ -11,18 +11,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.arrays import is_uniform
+from growthx.common.arrays import is_law, is_uniform
 from growthx.common.checks import require_kind
 from growthx.constitutive.energies import Elasticity
 from growthx.constitutive.growth import GrowthLaw
+from growthx.constitutive.weights import DensityWeight
 from growthx.meshing.fields import as_ufl
 from growthx.model.scene import Scene
 
 if TYPE_CHECKING:
+    from growthx.common.arrays import Indices
     from growthx.constitutive.sources import MassSource
     from growthx.meshing.mesh import Mesh
 
 RELATIVE_DENSITIES = np.geomspace(0.05, 3.0, 13)  # at which the slope of a source of any form is looked at
+DENSITIES = np.geomspace(0.05, 3.0, 121)  # … and the exponent of a weight
 ENERGIES = np.geomspace(1e-8, 1.0, 25)  # … as shares of the stiffness
 
 _said: set[str] = set()
@@ -63,10 +66,14 @@ def _rises(scene: Scene) -> str:
 
 
 def _extremes(scene: Scene) -> list[tuple[MassSource, Elasticity]]:
-    """The laws with numbers for their parameters: all combinations of the ends of those that vary, on this rank."""
-    growth = _ends(scene.growth, scene.mesh, scene.growth.coefficients)
+    """The laws with numbers for their parameters: all combinations of the ends of those that vary, on this rank.
+
+    Where anything grows.
+    """
+    cells = _growing_cells(scene)
+    growth = _ends(scene.growth, scene.mesh, scene.growth.coefficients, cells)
     # Sources know of the material its weight and the stiffness.
-    material = _ends(scene.material, scene.mesh, (*Elasticity.coefficients, *scene.material.scales))
+    material = _ends(scene.material, scene.mesh, (*Elasticity.coefficients, *scene.material.scales), cells)
     return [
         (replace(scene.growth, **of_growth), replace(scene.material, **of_material))
         for of_growth in growth
@@ -74,10 +81,23 @@ def _extremes(scene: Scene) -> list[tuple[MassSource, Elasticity]]:
     ]
 
 
-def _ends(law: Any, mesh: Mesh, names: tuple[str, ...]) -> list[dict[str, Any]]:
+def _growing_cells(scene: Scene) -> Indices:
+    """The owned cells of this rank that grow."""
+    mesh = scene.mesh
+    return mesh.owned_cells if scene.growing is None else np.concatenate([mesh.region(name) for name in scene.growing])
+
+
+def _ends(law: Any, mesh: Mesh, names: tuple[str, ...], cells: Indices) -> list[dict[str, Any]]:
     """Combinations of the lowest and highest values of a law's varying parameters; none on a rank without cells."""
+    inner = [name for name in names if is_law(getattr(law, name))]
+    if inner:
+        name, part = inner[0], getattr(law, inner[0])
+        rest = _ends(law, mesh, tuple(other for other in names if other != name), cells)
+        of_part = [replace(part, **ends) for ends in _ends(part, mesh, part.coefficients, cells)]
+        return [{**ends, name: each} for ends in rest for each in of_part]
     varying = [name for name in names if not is_uniform(getattr(law, name))]
-    values = [as_ufl(getattr(law, name), mesh).x.array for name in varying]  # collective, each of them
+    fields = [as_ufl(getattr(law, name), mesh) for name in varying]  # collective, each of them
+    values = [field.x.array[np.unique(field.function_space.dofmap.list[cells])] for field in fields]
     if any(len(each) == 0 for each in values):
         return []
     ends = [sorted({float(each.min()), float(each.max())}) for each in values]
@@ -87,14 +107,17 @@ def _ends(law: Any, mesh: Mesh, names: tuple[str, ...]) -> list[dict[str, Any]]:
 def highest_power(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:
     """The highest exponent k of the relative density in the stimulus of what grows, and where, as the end of a phrase.
 
-    Of a number n, everywhere: the phrase is then empty.  Collective where n varies.
+    Of a number n, everywhere: the phrase is then empty.  Of another weight, that at sample densities within the bounds.
+    Collective where n varies.
     """
-    mesh, n, growing = scene.mesh, scene.material.density_exponent, scene.growing
+    mesh, n = scene.mesh, scene.material.density_exponent
+    if isinstance(n, DensityWeight):
+        return _highest_of_weight(scene, growth)
     if is_uniform(n):
         return float(growth.power(scene.material)), ""
     exponents = as_ufl(n, mesh)
     regions = list(n) if isinstance(n, Mapping) else []
-    grows = mesh.owned_cells if growing is None else np.concatenate([mesh.region(name) for name in growing])
+    grows = _growing_cells(scene)
     parts = [(f" in '{name}'", np.intersect1d(grows, mesh.region(name))) for name in regions] or [(" somewhere", grows)]
     found = []
     for place, cells in parts:
@@ -103,6 +126,18 @@ def highest_power(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:
         highest = float(powers.max(initial=-np.inf)) if len(values) else -np.inf
         found.append((mesh.comm.allreduce(highest, MPI.MAX), place))
     return max(found, key=lambda each: each[0])
+
+
+def _highest_of_weight(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:
+    """The highest k = ∂ ln S/∂ ln ρ of a weight that is no power, at the ends of its parameters (collective)."""
+    found = [(-np.inf, "")]
+    for _, material in _extremes(scene):
+        densities = np.clip(material.reference_density * DENSITIES, *growth.limits)
+        powers = np.broadcast_to(growth.power_at(densities, material), densities.shape)
+        highest = int(np.argmax(powers))
+        found.append((float(powers[highest]), f" at a density of {densities[highest]:.3g}"))
+    everywhere = [each for of_rank in scene.mesh.comm.allgather(found) for each in of_rank]
+    return max(everywhere, key=lambda each: each[0])
 
 
 def warn_if_ill_posed(scene: Scene) -> None:

@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import ufl
 
-from growthx.common.arrays import is_uniform
+from growthx.common.arrays import is_law, is_uniform
 from growthx.common.checks import is_function
 from growthx.common.errors import InputError, shown
 from growthx.common.overrides import is_foreign
 from growthx.constitutive.energies import StoredEnergy
 from growthx.constitutive.growth import GrowthLaw
 from growthx.constitutive.material import Material
-from growthx.model.trials import number, sample_states, try_energy, try_source
+from growthx.constitutive.stimulus import StimulusDriven
+from growthx.model.trials import RELATIVE_DENSITIES, number, sample_states, try_energy, try_source, try_weight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,12 +43,15 @@ def trouble(growth: MassSource, material: Elasticity, mesh: Mesh) -> str:
 
     On this rank: parameters that vary in space are taken at one of its places.
     """
-    if not (is_foreign(type(growth)) or is_foreign(type(material))) or len(mesh.domain.geometry.x) == 0:
+    laws = (growth, material, *([] if material.is_of_a_power else [material.density_exponent]))
+    if not any(is_foreign(type(law)) for law in laws) or len(mesh.domain.geometry.x) == 0:
         return ""
     try:
-        for law in (growth, material):
+        for law in laws:
             _check_parameters(law)
         with np.errstate(all="ignore"):
+            if not material.is_of_a_power:
+                _check_weight(growth, material, mesh)
             if is_foreign(type(material)):
                 numbers = _with(material, mesh, float)
                 if isinstance(material, StoredEnergy):
@@ -79,7 +83,11 @@ def _with(law: Any, mesh: Mesh, form: Callable[[float], Any]) -> Any:
     """The law with the parameters that vary in space as they are at one place, each put into a form."""
     varying = {name: getattr(law, name) for name in law.coefficients if not is_uniform(getattr(law, name))}
     try:
-        return replace(law, **{name: form(_somewhere(field, mesh)) for name, field in varying.items()})
+        at_one = {
+            name: _with(field, mesh, form) if is_law(field) else form(_somewhere(field, mesh))
+            for name, field in varying.items()
+        }
+        return replace(law, **at_one)
     except Exception as error:
         raise InputError(
             f"{type(law).__name__} cannot be made anew with other values of its parameters, {shown(error)}: "
@@ -120,6 +128,8 @@ def _check_growth(growth: GrowthLaw, material: Elasticity, mesh: Mesh) -> None:
         lambda value: np.full(len(energies), value),
         lambda value: ufl.variable(ufl.as_ufl(value)),
     ]
+    if not material.is_of_a_power:  # of which the law knows nothing but by n
+        material = replace(material, density_exponent=2.0)
     number, array, symbol = ((_with(growth, mesh, form), _with(material, mesh, form)) for form in forms)
     _check_power([number, array, symbol])
     drives = _drives(*array, energies)
@@ -212,6 +222,21 @@ def _check_linear(growth: GrowthLaw, energies: Floats, drives: Floats) -> None:
             f"the drive of {type(growth).__name__} is said to be linear, and is {drives[-2]:g} and {drives[-1]:g} at "
             f"the elastic energies {energies[-2]:g} and {energies[-1]:g}: linear = False would be right"
         )
+
+
+# -- weight ------------------------------------------------------------------------------------------------------------
+
+
+def _check_weight(growth: MassSource, material: Elasticity, mesh: Mesh) -> None:
+    """Refuse a weight that is not the same for numbers, arrays and in UFL, and a law that cannot follow it."""
+    forms: list[Callable[[float], Any]] = [
+        float,
+        lambda value: np.full(len(RELATIVE_DENSITIES), value),
+        lambda value: ufl.variable(ufl.as_ufl(value)),
+    ]
+    try_weight(*(_with(material, mesh, form) for form in forms))
+    if isinstance(growth, StimulusDriven):
+        growth.powers(material)
 
 
 # -- material ----------------------------------------------------------------------------------------------------------

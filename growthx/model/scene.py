@@ -68,7 +68,7 @@ class Scene(Sealed, replaceable=()):
         require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
-        if is_foreign(type(self.growth)) or is_foreign(type(self.material)):
+        if any(is_foreign(type(law)) for law in (self.growth, self.material)) or not self.material.is_of_a_power:
             from growthx.model import probes  # asked for by those who write laws of their own
 
             raise_on_all(self.mesh.comm, probes.trouble(self.growth, self.material, self.mesh))

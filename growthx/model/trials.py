@@ -157,6 +157,54 @@ def _at(state: Any) -> str:
     return f"a density of {state[0]:g} and an elastic energy of {state[1]:g}"
 
 
+# -- weights -----------------------------------------------------------------------------------------------------------
+
+
+def try_weight(in_numbers: Elasticity, in_arrays: Elasticity, in_ufl: Elasticity) -> None:
+    """Refuse a weight that is not the same function of numbers, arrays and UFL, or has not the slope it must have."""
+    name = f"the weight of {type(in_numbers.density_exponent).__name__}"
+    densities = RELATIVE_DENSITIES * in_numbers.reference_density
+    weights, exponents = _weights(name, in_arrays, densities)
+    for density, weight, exponent in zip(map(float, densities), weights, exponents, strict=True):
+        at = f"a density of {density:g}"
+        if not (math.isfinite(weight) and weight > 0 and math.isfinite(exponent)):
+            raise InputError(f"{name} is {weight:g}, its exponent {exponent:g}, at {at}: a positive one would be right")
+        alone = [each[0] for each in _weights(name, in_numbers, np.array([density]))]
+        for other, how in ((alone, "alone"), (_weight_in_ufl(name, in_ufl, density), "in UFL")):
+            if not math.isclose(weight, other[0], rel_tol=SAME):
+                raise InputError(
+                    f"{name} is {weight:.10g} at {at} in an array and {other[0]:.10g} {how}: the same would be right"
+                )
+            for found in other[1:]:
+                if not math.isclose(exponent, found, rel_tol=ALIKE, abs_tol=ALIKE):
+                    raise InputError(
+                        f"the exponent of {name} is {exponent:.6g} at {at} in an array and {found:.6g} {how}: the "
+                        "same, of functions that take complex numbers, would be right"
+                    )
+
+
+def _weights(name: str, material: Elasticity, densities: Floats) -> tuple[Floats, Floats]:
+    try:
+        found = [np.asarray(value(densities)) for value in (material.weight, material.exponent_at)]
+    except Exception as error:
+        raise InputError(f"{name} fails for arrays, {shown(error)}: {FUNCTIONS} would be right") from error
+    for values in found:
+        if values.dtype.kind not in "fiu" or values.shape not in ((), densities.shape):
+            raise InputError(f"{name} gives {shown(values)} for {densities.size} densities: one each would be right")
+    return np.broadcast_to(found[0], densities.shape), np.broadcast_to(found[1], densities.shape)
+
+
+def _weight_in_ufl(name: str, material: Elasticity, density: float) -> tuple[float, float, float]:
+    """Weight, exponent as it is stated and exponent by differentiation."""
+    rho = ufl.variable(ufl.as_ufl(density))
+    try:
+        weight = ufl.as_ufl(material.weight(rho))
+        value, stated = number(weight), number(material.exponent_at(rho))
+        return value, stated, density * number(ufl.diff(weight, rho)) / value
+    except Exception as error:
+        raise InputError(f"{name} fails in UFL, {shown(error)}: {FUNCTIONS} would be right") from error
+
+
 # -- stored energies ---------------------------------------------------------------------------------------------------
 
 

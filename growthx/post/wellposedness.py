@@ -63,7 +63,8 @@ def check(problem: Discretisation) -> WellPosedness:
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     highest = 0.0
     growth, material = problem.growth, problem.material
-    flat = isinstance(growth, GrowthLaw) and np.isscalar(power := growth.power(material)) and power == 0
+    power = growth.power_at(problem.density, material) if isinstance(growth, GrowthLaw) else None
+    flat = np.isscalar(power) and power == 0
     slope = None if flat else growth.mass_source_slope(problem.density, problem.expressions.energy(), material)
     if slope is not None and not isinstance(slope, ufl.constantvalue.Zero):
         at_points = problem.evaluate(slope, points)[problem.growing_cells]

@@ -14,7 +14,7 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 
-from growthx.common.arrays import is_uniform
+from growthx.common.arrays import is_law, is_uniform
 from growthx.constitutive.growth import GrowthLaw
 from growthx.discretisation.trial import trial
 from growthx.fem.assembly import assemble
@@ -79,8 +79,9 @@ def _values_of_laws(problem: Discretisation) -> dict[str, Any]:
             f"a stress of {type(material).__name__} at sample stretches": np.ravel(stresses).tolist()
         }
         if isinstance(growth, GrowthLaw):
+            exponents = growth.power_at(densities, material)
             found |= {
-                f"the power of {law}": [float(growth.power(material))],
+                f"the power of {law}": np.atleast_1d(np.asarray(exponents, dtype=float)).tolist(),
                 f"the drive of {law} at sample energies": np.ravel(growth.drive(energies, material)).tolist(),
             }
         source = growth.mass_source(densities[:, np.newaxis], energies, material)
@@ -91,9 +92,11 @@ def _values_of_laws(problem: Discretisation) -> dict[str, Any]:
 def _with_means(problem: Discretisation, law: Law, in_ufl: Law) -> Law:
     """The law with numbers for its parameters: means, of directions root mean squares (collective)."""
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
-    means = {}
+    means: dict[str, Any] = {}
     for name in law.coefficients:
-        if not is_uniform(getattr(law, name)):
+        if is_law(getattr(law, name)):
+            means[name] = _with_means(problem, getattr(law, name), getattr(in_ufl, name))
+        elif not is_uniform(getattr(law, name)):
             values = problem.evaluate(getattr(in_ufl, name), points)
             square = name in getattr(law, "directions", ())
             total, count = problem.comm.allreduce(np.array([(values**2 if square else values).sum(), values.size]))

@@ -82,7 +82,8 @@ def _whole(result: Result) -> Iterator[bytes]:
     """The whole file."""
     directions = "xyz"[: result.scene.mesh.dim]
     header = ["time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"]
-    header += ["round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density", "lumped_cells"]
+    header += ["round_off", "mass", "mass_defect", "force_defect", "moment_defect"]
+    header += ["min_density", "max_density", "lumped_cells"]
     header += [f"reaction_{name}_{direction}" for name in _supports(result) for direction in directions]
     yield _as_text([[*header, "wall_s", "peak_memory_mb"]]).encode()
     for number in range(len(result.steps)):
@@ -100,7 +101,8 @@ def _row(result: Result, number: int) -> list[Any]:
     return [
         *(step.time, step.time_step, step.error, step.load, step.rejected, step.newton_iterations),
         *(step.newton.factorisations, step.newton.residual_norms[-1], step.newton.round_off),
-        *(step.mass, step.mass_defect, step.force_defect, step.min_density, step.max_density, step.lumped_cells),
+        *(step.mass, step.mass_defect, step.force_defect, step.moment_defect),
+        *(step.min_density, step.max_density, step.lumped_cells),
         *(float(force) for name in _supports(result) for force in step.reactions[name]),
         *((f"{cost.wall_s:.3f}", f"{cost.peak_memory:.1f}") if cost else ("", "")),
     ]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import ufl
 
-from growthx.common.arrays import is_uniform
+from growthx.common.arrays import is_uniform, parameters
 from growthx.common.memory import Memory
 from growthx.fem import compat
 from growthx.fem.assembly import average_cells
@@ -53,8 +53,8 @@ def identity(problem: Discretisation, stepping: Stepping, settings: NewtonSettin
     laws: list[Any] = [problem.material, problem.growth]
     laws += [] if scene.flux is None else [law_as_ufl(scene.flux, scene.mesh)]
     for law in laws:
-        fields_of_law = {name: getattr(law, name) for name in law.coefficients}
-        values.update({f"the field '{name}'": value for name, value in fields_of_law.items() if not is_uniform(value)})
+        varying = {name: value for name, value in parameters(law).items() if not is_uniform(value)}
+        values.update({f"the field '{name}'": value for name, value in varying.items()})
     if not is_uniform(scene.start_density):
         values["the initial density"] = as_ufl(scene.start_density, scene.mesh)
     if problem.rests:

@@ -51,6 +51,7 @@ def summary(result: Result) -> Mapping[str, object]:
         "mass": problem.mass(),
         "mass_defect": max((step.mass_defect for step in result.steps), default=0.0),
         "force_defect": max((step.force_defect for step in result.steps), default=0.0),
+        "moment_defect": max((step.moment_defect for step in result.steps if step.moment_defect >= 0), default=None),
         "lumped_cells": max((step.lumped_cells for step in result.steps), default=0),
         "round_off": max((step.newton.round_off for step in result.steps), default=0.0),
         **({"growing": list(problem.scene.growing or ())} if problem.rests else {}),

@@ -168,7 +168,7 @@ def _as_bone(mesh: Mesh, density: Field, material: Any) -> dolfinx.fem.Function:
     found = np.full(len(mesh.owned_cells), BONE_YOUNG)
     inside = np.isin(mesh.owned_cells, mesh.region("stem"))
     was = density.of_cells().mean(axis=1)
-    found[inside] *= (was[inside] / material.reference_density) ** material.density_exponent
+    found[inside] *= material.weight(was[inside])
     young.x.array[: len(found)] = found
     young.x.scatter_forward()
     return young

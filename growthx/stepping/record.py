@@ -32,6 +32,8 @@ class Step:
     min_density, max_density: over the density's own degrees of freedom in what grows.
     reactions: force on the body at each support (per thickness in two dimensions).
     force_defect: ‖sum of reactions and loads‖ over the sum of their sizes, the largest of the load cases.
+    moment_defect: the same of moments about the middle of the body, over the sum of their sizes and that of the forces
+        times half of the body's longest side; NaN with loads that depend on the state, or inertia.
     lumped_cells: number of cells in which the balance of mass was lumped, lest a nodal density vanish.
     """
 
@@ -47,6 +49,7 @@ class Step:
     max_density: float
     reactions: dict[str, Floats] = field(repr=False)
     force_defect: float = math.nan
+    moment_defect: float = math.nan
     lumped_cells: int = 0
 
     @property

@@ -57,6 +57,7 @@ COMMON = {
     "mass": float,
     "mass_defect": float,
     "force_defect": float,
+    "moment_defect": float,
     "lumped_cells": int,
     "round_off": float,
     "setup_s": float,

@@ -99,6 +99,41 @@ def test_daily_stress_of_the_tissue():
     assert law.stimulus(density, 2.0 * strain**2 / 2, MATERIAL) == pytest.approx(expected, rel=1e-9)
 
 
+def test_daily_stress_against_the_formulas_of_beaupre_and_others():
+    """Beaupré, Orr & Carter 1990, written down once more: two activities a day, from their energies to ρ̇.
+
+    σᵢ = √(2 E Uᵢ), ψ = [Σ nᵢ σᵢᵐ]^(1/m), ψ_b = [ρ_c/ρ]² ψ, ṙ = c [ψ_b − ψ_AS ∓ w], ρ̇ = ṙ S_v ρ_c.
+    """
+    density, tissue, m, set_point, width, c = 0.8, 1.92, 4, 50.0, 12.5, 2e-5  # g/cm³, MPa/day, mm/day
+    cycles, stresses = np.array([6000.0, 4000.0]), np.array([1.0, 1.5])
+    E = 2014 * density**2.5  # MPa, below 1.2 g/cm³
+    energies = stresses**2 / (2 * E)
+    psi = np.sum(cycles * np.sqrt(2 * E * energies) ** m) ** (1 / m)
+    bone_stress = (tissue / density) ** 2 * psi
+    porosity = 1 - density / tissue
+    surface = np.polyval([28.8, -101.0, 134.0, -93.9, 32.3, 0.0], porosity)
+    expected = c * (bone_stress - set_point - width) * surface * tissue
+    assert (bone_stress, expected) == pytest.approx((73.3169, 1.55289e-3), rel=1e-4)
+
+    # One density exponent below 1.2 g/cm³ and another above, as theirs.
+    weight = gx.PiecewisePower(2.5, 3.2, between=(1.15, 1.25))
+    material = gx.Material(2014.0, 0.3, 1.0, weight)
+    law = gx.DailyStressRemodelling(
+        set_point,
+        formation=c,
+        resorption=c,
+        relative_zone=width / set_point,
+        cycles=cycles.sum(),
+        exponent=m,
+        tissue_density=tissue,
+        factor=gx.MartinSurface(tissue),
+    )
+    shares, unweighted = cycles / cycles.sum(), energies / material.weight(density)
+    mean = np.sum(shares * unweighted**law.mean_exponent) ** (1 / law.mean_exponent)
+    assert law.stimulus(density, mean, material) == pytest.approx(bone_stress, rel=1e-9)
+    assert law.mass_source(density, mean, material) == pytest.approx(expected, rel=1e-9)
+
+
 @each_law
 def test_one_text_for_numbers_arrays_and_ufl(law):
     """Sources and slopes, by a complex step and by differentiation, in the zone, at its edges and far from it."""

@@ -151,7 +151,16 @@ def test_history_is_the_steps(variant, shared_folder):
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
         *("time", "time_step", "error", "load", "rejected", "newton_iterations", "factorisations", "residual"),
-        *("round_off", "mass", "mass_defect", "force_defect", "min_density", "max_density", "lumped_cells"),
+        *(
+            "round_off",
+            "mass",
+            "mass_defect",
+            "force_defect",
+            "moment_defect",
+            "min_density",
+            "max_density",
+            "lumped_cells",
+        ),
         *("reaction_left_x", "reaction_left_y", "wall_s", "peak_memory_mb"),
     ]
     assert len(rows) == len(result.steps) == 4

@@ -138,6 +138,7 @@ def test_small_loads_are_balanced_as_well_as_full_ones(caplog):
     assert not said(caplog)
     heard = witness.Witness(problem, 1e-10)
     heard.force_defect(steps[-1].reactions)
+    heard.moment_defect(steps[-1].reactions)
     for defect, warns in ((1e-3, False), (1.0, True)):
         heard.hear(replace(steps[-1], force_defect=defect))
         assert bool(said(caplog)) == (warns and problem.comm.rank == 0)
@@ -166,3 +167,81 @@ def test_what_is_said_once_is_not_said_in_each_step(caplog, monkeypatch):
     with caplog.at_level(logging.WARNING, "growthx"):
         assert len(list(gx.march(problem.scene, gx.Q1, problem))) == 4
     assert len(said(caplog)) == (problem.comm.rank == 0)
+
+
+TURNING = (
+    gx.Traction("right", (0.1, -0.02)),
+    gx.DistributedForce("top", (0.01, 0.02), weight=lambda x: x[0], history=lambda t: t**2),
+    gx.Moment("right", 0.01),
+    gx.PointForce((1.0, 0.5), (0.0, 0.01)),
+    gx.BodyForce((0.0, -0.01), region="bone"),
+)
+
+
+@variants
+def test_moments_of_reactions_and_loads_balance(variant, caplog):
+    """About the middle of the deformed body, in distorted cells, of every kind of dead load."""
+    result = gx.solve(block(square(3, 0.08, shape=variant.cells[0]), loads=TURNING), variant)
+    assert max(step.moment_defect for step in result.steps) < 1e-9
+    assert not said(caplog)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1, gx.Q1Q1, gx.P1], ids=lambda variant: variant.name)
+def test_moments_in_space(variant, caplog):
+    """Three of them, of bending and torsion."""
+    loads = (gx.Traction("right", (0.1, -0.02, 0.01)), gx.Moment("right", (0.02, 0.0, -0.01)))
+    result = gx.solve(block(cube(2, 0.05, shape=variant.cells[1]), loads=loads), variant)
+    assert max(step.moment_defect for step in result.steps) < 1e-9
+    assert not said(caplog)
+
+
+def test_moments_of_each_case_at_small_strains_and_of_none_that_is_known(caplog):
+    """With the arms at rest where the material is of small strains; loads of the state are not told."""
+    scene = block(square(2), **LOADED["cases"])
+    assert np.isnan(gx.solve(scene, gx.Q1P0).steps[-1].moment_defect)
+    dead = tuple(replace(case, loads=case.loads[:1]) for case in scene.cases)
+    for material in (scene.material, gx.LinearElasticity(1.0, 0.25, 1.2)):
+        result = gx.solve(replace(scene, cases=dead, material=material), gx.Q1P0)
+        assert max(step.moment_defect for step in result.steps) < 1e-9
+    assert not said(caplog)
+
+
+def test_a_wrong_moment_ends_the_run():
+    """A hundredth too much of what the scene says: nodal forces whose resultant is right, and whose moment is not."""
+    scene = block(square(2), loads=(gx.Moment("right", 0.01),))
+    problem = gx.discretise(scene, gx.Q1)
+    problem.system.loads.nodal_load *= 1.01
+    with pytest.raises(GrowthxError, match=r"have the moment .* and their nodal forces .*: a load is lost"):
+        gx.march(scene, gx.Q1, problem)
+    in_space = block(cube(2), loads=(gx.Moment("right", (0.01, 0.0, 0.0)),))
+    problem = gx.discretise(in_space, gx.Q1)
+    problem.system.loads.nodal_load *= 1.01
+    with pytest.raises(GrowthxError, match="have the moment"):
+        gx.march(in_space, gx.Q1, problem)
+
+
+def test_a_force_at_another_place_ends_the_run():
+    """Of the right size, which the balance of forces does not notice."""
+    load = gx.PointForce((1.0, 0.5), (0.01, 0.0))
+    scene = block(square(2), loads=(load,))
+    problem = gx.discretise(scene, gx.Q1P0)
+    moved = gx.discretise(block(square(2), loads=(replace(load, point=(1.0, 0.75)),)), gx.Q1P0)
+    problem.system.loads.nodal_load[:] = moved.system.loads.nodal_load
+    with pytest.raises(GrowthxError, match="have the moment"):
+        gx.march(scene, gx.Q1P0, problem)
+
+
+@kinds
+def test_moments_of_supports_that_do_not_balance_are_told(variant, caplog, monkeypatch):
+    """A support whose moment is lost in the record, while its force is not."""
+    problem = gx.discretise(block(square(2, shape=variant.cells[0])), variant)
+    supports = problem.system.supports
+    moments = supports.moments
+
+    def wrong(*values):
+        return {name: 0.99 * moment for name, moment in moments(*values).items()}
+
+    monkeypatch.setattr(supports, "moments", wrong)
+    list(gx.march(problem.scene, variant, problem))
+    if problem.comm.rank == 0:
+        assert len(said(caplog)) == 1 and "the moments of the reactions do not balance" in said(caplog)[0]

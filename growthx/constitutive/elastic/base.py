@@ -22,7 +22,7 @@ class ByModuli(Elasticity, ABC, replaceable=()):
     young: Young's modulus E (stress), a number or a field.
     poisson: Poisson's ratio ν (no unit), -1 < ν < 1/2, a number or a field.
     reference_density: ρ* (density), a number or a field.
-    density_exponent: n (no unit), a number or a field; where nothing grows there is no weight, whatever n is.
+    density_exponent: n (no unit), a number or a field, or a `DensityWeight`; where nothing grows there is no weight.
     """
 
     young: Field

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from growthx.common.arrays import changed
 from growthx.constitutive.growth import GrowthLaw
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class LocalSource:
     @property
     def is_of_a_power(self) -> bool:
         """Whether the stimulus goes with a power of the density, which tells where roots are."""
-        return isinstance(self.growth, GrowthLaw)
+        return isinstance(self.growth, GrowthLaw) and self.material.is_of_a_power
 
     @property
     def power(self) -> float | Floats:
@@ -134,14 +135,9 @@ class LocalSource:
 
 def _at(law: Law, points: Indices) -> Law:
     """The law at some of the points, where its parameters are arrays over all of them."""
-    return replace(law, **{name: value[points] for name, value in _arrays(law).items()})
+    return changed(law, lambda value: value[points] if isinstance(value, np.ndarray) else value)
 
 
 def columns(law: Law) -> Law:
     """The law with its varying parameters as columns, to stand beside rows of points."""
-    return replace(law, **{name: value[:, np.newaxis] for name, value in _arrays(law).items()})
-
-
-def _arrays(law: Law) -> dict[str, Floats]:
-    varying = {name: getattr(law, name) for name in law.coefficients}
-    return {name: value for name, value in varying.items() if isinstance(value, np.ndarray)}
+    return changed(law, lambda value: value[:, np.newaxis] if isinstance(value, np.ndarray) else value)

@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import dolfinx
 import numpy as np
 from mpi4py import MPI
 
@@ -119,7 +120,7 @@ def magnitudes(problem: Discretisation) -> Magnitudes:
     force, moved = _largest_force(problem), problem.system.supports.farthest()
     pressure = max((abs(load.value) for load in scene.open_loads if isinstance(load, Pressure)), default=0.0)
     young, relative = _range(problem, problem.material.stiffness), _relative_density(problem)
-    weights = sorted(relative**n for n in _range(problem, problem.material.density_exponent))
+    weights = _weights(problem, relative)
     stresses = [stress + pressure for stress in _stresses(force, box, problem.spaces.growing_size())]
     # The least of everything first, then the most.
     strains = (
@@ -190,6 +191,15 @@ def _relative_density(problem: Discretisation) -> float:
     return problem.mean_density() / float(np.mean(_range(problem, problem.material.reference_density)))
 
 
+def _weights(problem: Discretisation, relative: float) -> list[float]:
+    """The least and the most weight of the stiffness at a relative density."""
+    material = problem.material
+    if material.is_of_a_power:
+        return sorted(relative**n for n in _range(problem, material.density_exponent))
+    at = dolfinx.fem.Constant(problem.scene.mesh.domain, dolfinx.default_scalar_type(problem.mean_density()))
+    return list(_range(problem, material.weight(at)))
+
+
 def _share(problem: Discretisation, energy: float, young: float, relative: float) -> float:
     """An energy over the one at which the stimulus is the largest attractor; NaN where the law does not say.
 
@@ -200,7 +210,7 @@ def _share(problem: Discretisation, energy: float, young: float, relative: float
         return math.nan
     attractor = _range(problem, in_ufl.attractor)[1]
     try:
-        n = float(np.mean(_range(problem, problem.material.density_exponent)))
+        n = float(np.mean(_range(problem, problem.material.exponent_at(problem.material.reference_density))))
         alike = scene.material if isinstance(scene.material, Material) else Material(young)
         material = replace(alike, young=young, poisson=0.0, reference_density=1.0, density_exponent=n)
         one, four = (float(law.stimulus(relative, factor * energy, material)) / attractor for factor in (1.0, 4.0))
