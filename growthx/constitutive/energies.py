@@ -31,6 +31,7 @@ class Elasticity(Sealed, ABC, replaceable=()):
     coefficients: ClassVar[tuple[str, ...]] = ("reference_density", "density_exponent")
     exponents: ClassVar[tuple[str, ...]] = ("density_exponent",)
     directions: ClassVar[tuple[str, ...]] = ()  # coefficients whose mean may be of no length
+    across: ClassVar[tuple[str, ...]] = ()  # coefficients of what points out of the plane: zero in a plane body
     small_strain: ClassVar[bool] = False  # whether the deformation changes nothing of the body that is loaded
 
     @property
@@ -115,7 +116,8 @@ class StoredEnergy(
     def energy(self, F: Any) -> Any:
         """Ψ₀ᵉˡ, energy per reference volume without the weight [ρ/ρ*]ⁿ, as UFL of F = I + ∇u, shape (3, 3).
 
-        In the plane, of a strain in the plane: F has an out-of-plane 1.  Zero, and of no stress, at F = I.
+        In the plane F has an out-of-plane 1 or, in plane stress, λ₃, of which the energy must have one least value.
+        Zero, and of no stress, at F = I.
         """
 
     def energy_at(self, H: Any) -> Any:

@@ -16,6 +16,7 @@ import dolfinx
 import numpy as np
 
 from growthx.common.errors import GrowthxError
+from growthx.fem.assembly import integral
 from growthx.meshing.sampling import volume_ratios
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import Moment
@@ -120,7 +121,7 @@ class _OpenResultants:
             move = self._moves[number]
             for direction in range(dim):
                 move.value[direction] = 1.0
-                force[direction] = -sum(float(dolfinx.fem.assemble_scalar(form).real) for form in self._forms)
+                force[direction] = -sum(integral(form) for form in self._forms)
                 move.value[direction] = 0.0
         return np.array(self._problem.comm.allreduce(force)) / self._problem.spaces.cases[number].weight
 
