@@ -66,6 +66,15 @@ def add_energy(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_plane(parser: argparse.ArgumentParser) -> None:
+    """The option of plane stress."""
+    parser.add_argument(
+        "--plane",
+        metavar="NAME",
+        help="strain, without a change of thickness, or stress, with none across the plane (strain)",
+    )
+
+
 def with_energy(scene: Scene, kind: type[ByModuli]) -> Scene:
     """The scene with another stored energy, of the same parameters."""
     material = scene.material
