@@ -36,8 +36,9 @@ FIELDS = (
     "at points of integration, or in one place, as von_mises:cells, von_mises:nodes or von_mises:points; of density, "
     "relative_change, stimulus, mass_source, major_stress, minor_stress, displacement, strain_energy, "
     "strain_energy_per_mass, young, green_lagrange_strain, thickness_stretch, hencky_strain, principal_strains, "
-    "strain_direction_1, strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, principal_stresses, "
-    "stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, source, stresses)"
+    "strain_direction_1, strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, "
+    "principal_stresses, stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, "
+    "source, stresses)"
 )
 
 

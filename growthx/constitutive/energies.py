@@ -44,7 +44,7 @@ class Elasticity(Sealed, ABC, replaceable=()):
 
     @abstractmethod
     def energy_at(self, H: Any) -> Any:
-        """Ψ₀ᵉˡ, energy per reference volume without the weight, as UFL of H = ∇u, shape (dim, dim)."""
+        """Ψ₀ᵉˡ, energy per reference volume without the weight, as UFL of H = ∇u, shape (dim, dim), or (3, 3)."""
 
     @abstractmethod
     def principal_energy(self, extensions: tuple[float, float, float]) -> float:
@@ -121,7 +121,7 @@ class StoredEnergy(
         """
 
     def energy_at(self, H: Any) -> Any:
-        """The same of H = ∇u, shape (dim, dim).
+        """The same of H = ∇u, shape (dim, dim), or (3, 3) in plane stress.
 
         An energy that is a difference of large numbers may be stated here once more, by H, to keep the digits of small
         strains: then this is what is computed with.

@@ -172,6 +172,10 @@ class Scene(Sealed, replaceable=()):
                 f"the scene '{self.name}' is in plane stress, and its body in {self.mesh.dim} dimensions: a plane "
                 "mesh, or no plane, would be right"
             )
+        if is_foreign(type(self.material)):
+            from growthx.model import probes
+
+            raise_on_all(self.mesh.comm, probes.trouble_across(self.material, self.mesh))
         for load in self.open_loads:
             if isinstance(load, Pressure):
                 raise InputError(

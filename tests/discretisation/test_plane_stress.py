@@ -91,7 +91,7 @@ every_energy = pytest.mark.parametrize(("material", "energy"), ENERGIES.values()
 
 
 def uniaxial(energy, traction, least, most):
-    """The stretches along and across, equal ones, of a bar under a dead traction, by bisection; slopes by a complex step."""
+    """The stretches along and across, equal ones, of a bar under a dead traction, by bisection."""
 
     def slope(a, number):
         moved = np.array(a, dtype=complex)
@@ -108,7 +108,7 @@ def uniaxial(energy, traction, least, most):
 @every_energy
 @pytest.mark.parametrize("strain", [1e-4, -1e-4, 0.15, -0.1])
 def test_a_pulled_strip_is_its_scalar_solution(material, energy, strain):
-    """At bone's modulus and at bone's and large strains: along, across and in the thickness, of energy and stress, too."""
+    """At bone's modulus and at bone's and large strains: along, across and in the thickness, of energy and stress."""
     traction = E * strain
     along, across = uniaxial(energy, traction, 0.7, 1.3)
     scene = block(
@@ -156,11 +156,10 @@ def test_plane_strain_needs_less_bone_than_plane_stress(variant):
     """At a given traction ρ^(n + m) goes with 1/E', and E' is E in plane stress, E/[1 − ν²] in plane strain."""
     strain, stress = (in_equilibrium(plane, variant)[0].mean_density() for plane in ("strain", "stress"))
     assert strain / stress == pytest.approx(0.91**0.2, rel=1e-5)
-    assert f"{strain / stress:.5f}" == "0.98131"
 
 
 def test_homogeneous_states_follow():
-    """The semi-analytic equilibrium is that of the elements, at a large load, too; across it fibres break the symmetry."""
+    """The semi-analytic equilibrium is that of the elements, at a large load; fibres across it break its symmetry."""
     law = gx.EnergyDrivenGrowth(0.05, 4.0)
     for material in (gx.Material(1.0, 0.3, 1.2), gx.FibredNeoHooke(1.0, 0.3, 1.2, fibre=2.0, fibre_x=0.0, fibre_y=1.0)):
         scene = block(
@@ -362,6 +361,21 @@ def test_what_cannot_be_in_plane_stress_is_refused():
         block(cube(1), plane="stress")
     with pytest.raises(gx.InputError, match="thickness_stretch"):
         gx.results.cell_fields(gx.discretise(block(), gx.Q1P0), ["thickness_stretch"])
+
+
+def test_shear_across_the_plane_is_refused():
+    """Fibres that rise out of the plane would shear a plate, which plane stress leaves no room for."""
+
+    class Oblique(gx.StoredEnergy):
+        stiffness = 1.0
+
+        def energy(self, F):
+            along = F * ufl.as_vector([1.0, 0.0, 1.0])
+            return ufl.inner(F, F) / 2 - 1.5 - ufl.ln(ufl.det(F)) + (ufl.inner(along, along) - 2) ** 2
+
+    assert block(square(1), material=Oblique()).plane is gx.Plane.STRAIN
+    with pytest.raises(gx.InputError, match=r"^the energy of Oblique bears a shear stress of .* across the plane"):
+        block(square(1), material=Oblique(), plane="stress")
 
 
 def test_no_thickness_is_told():
