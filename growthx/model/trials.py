@@ -205,8 +205,8 @@ def try_across(material: StoredEnergy) -> None:
             if shear > PRESTRESS * material.stiffness:
                 raise InputError(
                     f"the energy of {type(material).__name__} bears a shear stress of {shear:g} across the plane at "
-                    f"the displacement gradient {H.tolist()}, for which plane stress has no strain: one whose directions "
-                    "lie in the plane or across it, or plane strain, would be right"
+                    f"the displacement gradient {H.tolist()}, for which plane stress has no strain: one whose "
+                    "directions lie in the plane or across it, or plane strain, would be right"
                 )
 
 

@@ -20,7 +20,7 @@ from blocks import (
     square,
     tangent,
 )
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq, root
 
 import growthx as gx
 from growthx.cli.program import main
@@ -241,7 +241,7 @@ def grown(right, top):
             change = (rho - old) / 0.1 - 5.0 * (1.2 / rho * energy - 0.01)
             return [*(stress - share * np.array([right, top, 0.0])), change]
 
-        solution = fsolve(out_by, np.zeros(4), xtol=1e-14)
+        solution = root(out_by, np.zeros(4), tol=1e-13).x
         old = 1.2 * np.exp(solution[3])
         found.append(old)
     return found
