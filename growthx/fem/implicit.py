@@ -12,6 +12,8 @@ import basix.ufl
 import dolfinx
 import numpy as np
 import ufl
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
 
 from growthx.fem.point_values import rule_of
 
@@ -29,7 +31,9 @@ LARGEST = 1.0  # step of the logarithm of 1 + z
 
 
 class Implicit:
-    """A value z at each point with g(z) = 0, found from z = 0 by Newton's method: not a number where that fails.
+    """A value z at each point with g(z) = 0, found by Newton's method: not a number where that fails.
+
+    It begins with what was found last and, where that fails, with zero; what is found is the same but for round-off.
 
     symbol: what stands for it in UFL; equation, slope: g and ∂g/∂z, of the symbol.
     """
@@ -93,13 +97,20 @@ class PointValues:
         if self._seen and all(np.array_equal(*pair) for pair in zip(now, self._seen, strict=True)):
             return
         self._seen = [each.copy() for each in now]
-        z, known = np.zeros(self._places.shape), np.zeros(self._places.shape, dtype=bool)
+        z, known = self._from(np.nan_to_num(self.function.x.array[self._places]))
+        if not known.all():
+            z, known = self._from(np.zeros_like(z))
+        self.function.x.array[self._places] = np.where(known, z, np.nan)
+
+    def _from(self, z: Floats) -> tuple[Floats, Marks]:
+        """What Newton's method finds from a start, and where it does."""
+        known = np.zeros(z.shape, dtype=bool)
         with np.errstate(all="ignore"):
             for _ in range(MOST):
                 if known.all():
                     break
                 z, known = self._next(z, known)
-        self.function.x.array[self._places] = np.where(known, z, np.nan)
+        return z, known
 
     def _next(self, z: Floats, known: Marks) -> tuple[Floats, Marks]:
         """One iteration, and which values need no other."""
@@ -122,12 +133,12 @@ def at_points(form: ufl.Form, implicits: Iterable[Implicit], compile: Compile) -
     if not used:
         return form, []
     integrals, values = [], []
-    for integral in ufl.algorithms.expand_derivatives(form).integrals():
+    for integral in form.integrals():
         integrand = integral.integrand()
         known = set(ufl.algorithms.extract_coefficients(integrand))
         here = {each.symbol: each.at(rule_of(integral), compile) for each in used if each.symbol in known}
         functions = {symbol: found.function for symbol, found in here.items()}
-        integrals.append(integral.reconstruct(integrand=ufl.replace(integrand, functions)) if here else integral)
+        integrals.append(integral.reconstruct(integrand=_with(integrand, functions)) if here else integral)
         values += [each for each in here.values() if each not in values]
     return ufl.Form(integrals), values
 
@@ -141,7 +152,26 @@ def at_places(value: Any, X: Floats, implicits: Iterable[Implicit], compile: Com
     if not here:
         return value, []
     functions = {symbol: found.function for symbol, found in here.items()}
-    return ufl.replace(_expanded(value), functions), list(here.values())
+    return _with(value, functions), list(here.values())
+
+
+def _with(value: Any, functions: dict[Any, Any]) -> Any:
+    """An expression with functions for symbols, in derivatives by these, too.
+
+    UFL's own replaces in derivatives when they are worked out, where an expression is longest.
+    """
+    return map_expr_dag(_Replacer(functions), value)
+
+
+class _Replacer(MultiFunction):
+    def __init__(self, functions: dict[Any, Any]) -> None:
+        super().__init__()
+        self._functions = functions
+
+    expr = MultiFunction.reuse_if_untouched
+
+    def coefficient(self, o: Any) -> Any:
+        return self._functions.get(o, o)
 
 
 def _expanded(value: Any) -> Any:
