@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 LEAST, MOST = 1e-16, 1e3  # stretch along the load, less one
 NEARER = 2.0  # factor by which it is made smaller where there is no state at the most
 ALIKE = 1e-12  # of the stress along a bar: one across it that is none
+LEAST_VOLUME = 1e-9  # of the one at rest, of a bar of the length at rest
 LOWEST, HIGHEST = 1e-8, 1e8  # relative density
 
 
@@ -99,8 +100,9 @@ def _across(material: Elasticity, extension: float, plane: Plane) -> tuple[float
     """The other two principal stretches, less one, of a bar that bears nothing across or, out of plane, is held."""
     from scipy.optimize import brentq
 
-    # As shares of the extension, of which they keep the digits; in plane strain a share of one lowers the volume.
-    narrowest = min(1.0, (1 - 1e-9) / extension)
+    # As shares of the extension, of which they keep the digits; one of one lowers the volume, which is not to vanish.
+    thinnest = LEAST_VOLUME if plane is Plane.STRAIN else math.sqrt(LEAST_VOLUME)
+    narrowest = min(1.0, (1 - thinnest) / extension)
 
     def stress(share: float, of_thickness: float, number: int) -> float:
         shares = (extension, -share * extension, -of_thickness * extension)

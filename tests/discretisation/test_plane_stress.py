@@ -198,7 +198,7 @@ def test_a_layer_of_hexahedra_free_across_is_in_plane_stress(kind):
     plane, space = (gx.solve(scene, gx.Q1, tolerance=1e-12) for scene in (flat, thick))
     for one, other in zip(plane.steps, space.steps, strict=True):
         assert one.mass == pytest.approx(10 * other.mass, rel=1e-9)
-    assert plane.steps[-1].mass != pytest.approx(1.2, rel=1e-2)
+    assert abs(plane.steps[-1].mass - 1.2) > 1e-3
     u, v = plane.problem.sample_displacement(np.array([[1.0, 1.0]]))[0]
     corner = space.problem.sample_displacement(np.array([[1.0, 1.0, 0.1]]))[0]
     assert corner[:2] == pytest.approx([u, v], rel=1e-9)
@@ -393,7 +393,7 @@ def test_the_command_line_knows_it(capsys):
     for plane in ("strain", "stress"):
         assert main(["plate", "--n", "2", "--plane", plane, "--json"]) == 0
         tips.append(json.loads(capsys.readouterr().out)["tip_displacement"])
-    assert tips[1] < 1.02 * tips[0] < 0
+    assert tips[1] < 1.01 * tips[0] < 0
     assert main(["plate", "--n", "2", "--plane", "axial"]) != 0
     assert "the plane of the scene 'plate' is 'axial'" in capsys.readouterr().err
     with pytest.raises(SystemExit):
