@@ -50,7 +50,7 @@ class Implicit:
         variable = ufl.variable(self.symbol)
         equation_of = equation(variable)
         self.equation, self.slope = map(_expanded, (equation_of, ufl.diff(equation_of, variable)))
-        self._domain, self._size, self._above = domain, size, above
+        self._size, self._above = size, above
         self._found: dict[bytes, PointValues] = {}
 
     def at(self, rule: Rule, compile: Compile) -> PointValues:
@@ -146,9 +146,8 @@ def at_points(form: ufl.Form, implicits: Iterable[Implicit], compile: Compile) -
 def at_places(value: Any, X: Floats, implicits: Iterable[Implicit], compile: Compile) -> tuple[Any, list[PointValues]]:
     """The same of an expression at points X of the reference cell, (points, dim) (collective)."""
     known = set(ufl.algorithms.extract_coefficients(value))
-    here = {
-        each.symbol: each.at((X, np.full(len(X), 1 / len(X))), compile) for each in implicits if each.symbol in known
-    }
+    rule = X, np.full(len(X), 1 / len(X))  # nothing is integrated by these weights
+    here = {each.symbol: each.at(rule, compile) for each in implicits if each.symbol in known}
     if not here:
         return value, []
     functions = {symbol: found.function for symbol, found in here.items()}

@@ -274,6 +274,17 @@ def test_tangent_is_the_derivative_of_the_forces(variant, changes):
         assert np.abs(exact - exact.T).max() < 1e-12 * np.abs(exact).max()
 
 
+@pytest.mark.parametrize("variant", [gx.Q1Q1, gx.Q2Q2, gx.P2P2], ids=lambda variant: variant.name)
+def test_balances_lumped_about_nodes_know_the_thickness_there(variant):
+    """Where nodal densities would vanish, storage and source are taken at the nodes of the cells."""
+    problem = at_an_iterate(variant)
+    plain, lumped = tangent(problem), problem.system.densities.lumped
+    assert lumped.spread(np.ones(len(problem.density.x.array), dtype=bool))
+    exact = tangent(problem)
+    assert_tangent_matches_differences(problem, exact)
+    assert np.abs(exact - plain).max() > 1e-4 * np.abs(plain).max()
+
+
 def at_an_iterate(variant, **changes):
     scene = block(square(2, 0.06, shape=variant.cells[0]), **{"plane": "stress"} | changes)
     problem = gx.discretise(scene, variant)
