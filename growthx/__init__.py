@@ -20,6 +20,7 @@ from growthx.common.installed import __version__
 # Where the public names live.  A module is imported when one of its names is first used: `import growthx` is light.
 _HOME = {
     "Scene": "model.scene",
+    "Plane": "constitutive.kinematics",
     "Support": "model.supports",
     "PointSupport": "model.supports",
     "Inertia": "model.inertia",

@@ -22,6 +22,7 @@ from growthx.constitutive.growth import GrowthLaw as GrowthLaw
 from growthx.constitutive.growth import SpecificEnergyDrivenGrowth as SpecificEnergyDrivenGrowth
 from growthx.constitutive.growth import StrainDrivenGrowth as StrainDrivenGrowth
 from growthx.constitutive.growth import StressDrivenGrowth as StressDrivenGrowth
+from growthx.constitutive.kinematics import Plane as Plane
 from growthx.constitutive.laws.rates import MartinSurface as MartinSurface
 from growthx.constitutive.laws.rates import PowerOfDensity as PowerOfDensity
 from growthx.constitutive.laws.remodelling import Remodelling as Remodelling

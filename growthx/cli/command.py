@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.machine.ranks import first_rank
 from growthx.cli.changes.laws import Default
+from growthx.cli.machine.ranks import first_rank
 
 if TYPE_CHECKING:
     from growthx.constitutive.elastic.base import ByModuli
@@ -67,6 +67,15 @@ def add_energy(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="stored energy: neo-hooke, saint-venant-kirchhoff, hencky, mooney-rivlin, ogden or linear, of the scene's "
         "Young's modulus and Poisson's ratio (neo-hooke)",
+    )
+
+
+def add_plane(parser: argparse.ArgumentParser) -> None:
+    """The option of plane stress."""
+    parser.add_argument(
+        "--plane",
+        metavar="NAME",
+        help="strain, without a change of thickness, or stress, with none across the plane (strain)",
     )
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from growthx.cli import picture, scan, states
 from growthx.cli.changes import laws, loads
-from growthx.cli.command import Command, SceneCommand, add_energy, with_energy
+from growthx.cli.command import Command, SceneCommand, add_energy, add_plane, with_energy
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,9 +36,10 @@ FIELDS = (
     "with --out, write these fields alone, by their names with commas: each as mean over cells, averaged to nodes and "
     "at points of integration, or in one place, as von_mises:cells, von_mises:nodes or von_mises:points; of density, "
     "relative_change, stimulus, mass_source, major_stress, minor_stress, displacement, strain_energy, "
-    "strain_energy_per_mass, young, green_lagrange_strain, hencky_strain, principal_strains, strain_direction_1, "
-    "strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, principal_stresses, "
-    "stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, source, stresses)"
+    "strain_energy_per_mass, young, green_lagrange_strain, thickness_stretch, hencky_strain, principal_strains, "
+    "strain_direction_1, strain_direction_2, strain_direction_3, cauchy_stress, first_piola_stress, von_mises, "
+    "principal_stresses, stress_direction_1, stress_direction_2, stress_direction_3 (density, its change, stimulus, "
+    "source, stresses)"
 )
 
 
@@ -61,6 +62,8 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     add_energy(parser)
     laws.add_laws(parser)
     loads.add_loads(parser)
+    if not scene.in_space:
+        add_plane(parser)
     _add_stepping(parser)
     parser.add_argument("--check", action="store_true", help="examine at the end whether the problem is well posed")
     parser.add_argument("--out", metavar="FOLDER", help="write fields for ParaView and history.csv to a new folder")
@@ -96,6 +99,8 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     if energy is not None:
         scene = with_energy(scene, energy)
     scene = loads.with_loads(laws.with_laws(scene, options), options)
+    if not command.in_space and options.plane is not None:
+        scene = replace(scene, plane=options.plane)
     if options.bounds is not None:
         scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
     scanned = scan.density(options, scene.mesh)

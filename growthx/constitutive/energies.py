@@ -35,6 +35,7 @@ class Elasticity(Sealed, ABC, replaceable=()):
     coefficients: ClassVar[tuple[str, ...]] = ("reference_density", "density_exponent")
     exponents: ClassVar[tuple[str, ...]] = ("density_exponent",)
     directions: ClassVar[tuple[str, ...]] = ()  # coefficients whose mean may be of no length
+    across: ClassVar[tuple[str, ...]] = ()  # coefficients of what points out of the plane: zero in a plane body
     small_strain: ClassVar[bool] = False  # whether the deformation changes nothing of the body that is loaded
 
     @property
@@ -47,7 +48,7 @@ class Elasticity(Sealed, ABC, replaceable=()):
 
     @abstractmethod
     def energy_at(self, H: Any) -> Any:
-        """Ψ₀ᵉˡ, energy per reference volume without the weight, as UFL of H = ∇u, shape (dim, dim)."""
+        """Ψ₀ᵉˡ, energy per reference volume without the weight, as UFL of H = ∇u, shape (dim, dim), or (3, 3)."""
 
     @abstractmethod
     def principal_energy(self, extensions: tuple[float, float, float]) -> float:
@@ -139,11 +140,12 @@ class StoredEnergy(
     def energy(self, F: Any) -> Any:
         """Ψ₀ᵉˡ, energy per reference volume without the weight [ρ/ρ*]ⁿ, as UFL of F = I + ∇u, shape (3, 3).
 
-        In the plane, of a strain in the plane: F has an out-of-plane 1.  Zero, and of no stress, at F = I.
+        In the plane F has an out-of-plane 1 or, in plane stress, λ₃, of which the energy must have one least value.
+        Zero, and of no stress, at F = I.
         """
 
     def energy_at(self, H: Any) -> Any:
-        """The same of H = ∇u, shape (dim, dim).
+        """The same of H = ∇u, shape (dim, dim), or (3, 3) in plane stress.
 
         An energy that is a difference of large numbers may be stated here once more, by H, to keep the digits of small
         strains: then this is what is computed with.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from growthx.common.checks import require, require_number
 from growthx.common.errors import InputError
 from growthx.constitutive.growth import GrowthLaw
+from growthx.constitutive.kinematics import Plane
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,19 +19,23 @@ if TYPE_CHECKING:
 
 LEAST, MOST = 1e-16, 1e3  # stretch along the load, less one
 NEARER = 2.0  # factor by which it is made smaller where there is no state at the most
+ALIKE = 1e-12  # of the stress along a bar: one across it that is none
+LEAST_VOLUME = 1e-9  # of the one at rest, of a bar of the length at rest
 LOWEST, HIGHEST = 1e-8, 1e8  # relative density
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A homogeneous state: density and strains along the load and across it (plane strain out of plane).
+    """A homogeneous state: density and strains along the load, across it in the plane and across the plane.
 
-    extension, transverse_extension: principal stretches less one, which keeps the digits of small ones.
+    extension, transverse_extension, thickness_extension: principal stretches less one, which keeps the digits of small
+    ones; the last is zero in plane strain.
     """
 
     density: float
     extension: float
     transverse_extension: float
+    thickness_extension: float = 0.0
 
     @property
     def stretch(self) -> float:
@@ -42,13 +47,21 @@ class Equilibrium:
         """Across it."""
         return 1 + self.transverse_extension
 
+    @property
+    def thickness_stretch(self) -> float:
+        """Across the plane."""
+        return 1 + self.thickness_extension
 
-def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: float) -> Equilibrium:
-    """Uniaxial tension in plane strain with R₀ = 0, for uniform parameters and a source that depends on the density.
+
+def uniaxial_equilibrium(
+    material: Elasticity, growth: MassSource, traction: float, plane: Plane = Plane.STRAIN
+) -> Equilibrium:
+    """Uniaxial tension in the plane with R₀ = 0, for uniform parameters and a source that depends on the density.
 
     The density follows from R₀ = 0: of a stimulus from [ρ/ρ*]^k D = S*, with the energy-driven law [ρ/ρ*]^(n−m) Ψ₀ⁿᵉᵒ =
-    Ψ₀* (6).  The transverse stretch follows from P̄₂₂ = 0, and the stretch from P̄₁₁ = traction (force per reference
-    area, positive).  Raises InputError where there is no such state, or no one density of it.
+    Ψ₀* (6).  The transverse stretch follows from P̄₂₂ = 0, in plane stress that of the thickness from P̄₃₃ = 0, and the
+    stretch from P̄₁₁ = traction (force per reference area, positive).  Raises InputError where there is no such state,
+    or no one density of it.
     """
     from scipy.optimize import brentq  # costly to import, and asked for by few
 
@@ -67,18 +80,13 @@ def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: flo
         density = _density(material, growth)
 
     def state(extension: float) -> Equilibrium:
-        # As a share of the extension, of which it keeps the digits; a share of one lowers the volume.
-        def stress_across(share: float) -> float:
-            return material.principal_stresses((extension, -share * extension, 0.0), 1.0)[1] / extension
-
-        narrowest = min(1.0, (1 - 1e-9) / extension)
-        across = -extension * brentq(stress_across, -1.0, narrowest, xtol=1e-15)
-        energy = material.principal_energy((extension, across, 0.0))
-        return Equilibrium(density(energy), extension, across)
+        across = _across(material, extension, plane)
+        return Equilibrium(density(material.principal_energy((extension, *across))), extension, *across)
 
     def excess(logarithm: float) -> float:
         at = state(math.exp(logarithm))
-        return material.principal_stresses((at.extension, at.transverse_extension, 0.0), at.density)[0] - traction
+        extensions = at.extension, at.transverse_extension, at.thickness_extension
+        return material.principal_stresses(extensions, at.density)[0] - traction
 
     found = None
     if excess(math.log(LEAST)) < 0:
@@ -90,6 +98,34 @@ def uniaxial_equilibrium(material: Elasticity, growth: MassSource, traction: flo
             "equilibrium there would be right"
         )
     return found
+
+
+def _across(material: Elasticity, extension: float, plane: Plane) -> tuple[float, float]:
+    """The other two principal stretches, less one, of a bar that bears nothing across or, out of plane, is held."""
+    from scipy.optimize import brentq
+
+    # As shares of the extension, of which they keep the digits; one of one lowers the volume, which is not to vanish.
+    thinnest = LEAST_VOLUME if plane is Plane.STRAIN else math.sqrt(LEAST_VOLUME)
+    narrowest = min(1.0, (1 - thinnest) / extension)
+
+    def stress(share: float, of_thickness: float, number: int) -> float:
+        shares = (extension, -share * extension, -of_thickness * extension)
+        return material.principal_stresses(shares, 1.0)[number] / extension
+
+    def root(stress_of: Callable[[float], float]) -> float:
+        return float(brentq(stress_of, -1.0, narrowest, xtol=1e-15))
+
+    if plane is Plane.STRAIN:
+        return -extension * root(lambda share: stress(share, 0.0, 1)), 0.0
+    both = root(lambda share: stress(share, share, 1))  # where both directions are alike
+    if abs(stress(both, both, 2)) <= ALIKE * abs(stress(both, both, 0)):
+        return -extension * both, -extension * both
+
+    def thickness(share: float) -> float:
+        return root(lambda of_thickness: stress(share, of_thickness, 2))
+
+    share = root(lambda share: stress(share, thickness(share), 1))
+    return -extension * share, -extension * thickness(share)
 
 
 def _beyond(excess: Callable[[float], float], traction: float) -> float:

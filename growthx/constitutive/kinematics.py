@@ -3,9 +3,24 @@
 H rather than F: adding the identity would take the digits of small strains.
 """
 
+from enum import StrEnum
 from typing import Any
 
 import ufl
+
+
+class Plane(StrEnum):
+    """What a plane body does out of its plane.
+
+    STRAIN: it keeps its thickness, λ₃ = 1.  STRESS: it bears nothing there, σ₃₃ = 0, and its thickness follows.
+
+    Example:
+        >>> gx.Plane("stress") is gx.Plane.STRESS
+        True
+    """
+
+    STRAIN = "strain"
+    STRESS = "stress"
 
 
 def displacement_gradient(displacement: Any) -> Any:
@@ -18,11 +33,16 @@ def deformation_gradient(displacement: Any) -> Any:
     return ufl.Identity(displacement.ufl_shape[0]) + ufl.grad(displacement)
 
 
-def in_space(H: Any) -> Any:
-    """H of shape (3, 3): of a strain in the plane, with zeros out of the plane."""
+def in_space(H: Any, thickness_change: Any = 0.0) -> Any:
+    """H of shape (3, 3): of one in the plane, with zeros out of the plane but for the thickness stretch less one."""
     if H.ufl_shape[0] == 3:
         return H
-    return ufl.as_matrix([[H[0, 0], H[0, 1], 0.0], [H[1, 0], H[1, 1], 0.0], [0.0, 0.0, 0.0]])
+    return ufl.as_matrix([[H[0, 0], H[0, 1], 0.0], [H[1, 0], H[1, 1], 0.0], [0.0, 0.0, thickness_change]])
+
+
+def in_plane(tensor: Any) -> Any:
+    """The part in the plane, (2, 2), of a tensor of shape (3, 3)."""
+    return ufl.as_matrix([[tensor[i, j] for j in range(2)] for i in range(2)])
 
 
 def volume_change(H: Any) -> Any:

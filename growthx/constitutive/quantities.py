@@ -27,6 +27,11 @@ def cauchy_stress(material: Elasticity, density: Any, H: Any) -> Any:
     return material.true_stress(H, density)
 
 
+def thickness_stretch(material: Elasticity, density: Any, H: Any) -> Any:
+    """λ₃ of a plane body, no unit: H of shape (3, 3)."""
+    return 1 + H[2, 2]
+
+
 def green_lagrange_strain(material: Elasticity, density: Any, H: Any) -> Any:
     """½ [Fᵀ F − I], no unit, of the shape of H; of a law of small strains sym H."""
     return material.strain(H)

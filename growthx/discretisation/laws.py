@@ -12,7 +12,7 @@ import ufl
 from growthx.common.arrays import is_law, is_uniform
 from growthx.discretisation.variants import AtPoints
 from growthx.fem.assembly import average_cells, cell_means
-from growthx.meshing.fields import law_as_ufl
+from growthx.meshing.fields import as_ufl, law_as_ufl
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Law
@@ -28,6 +28,8 @@ def laws(spaces: Spaces) -> tuple[Elasticity, MassSource]:
     """
     scene, variant = spaces.scene, spaces.variant
     material, growth = law_as_ufl(scene.material, scene.mesh), law_as_ufl(scene.growth, scene.mesh)
+    if scene.mesh.dim == 2 and material.across:
+        material = replace(material, **{name: as_ufl(0.0, scene.mesh) for name in material.across})
     if not variant.density.local or isinstance(variant.density, AtPoints) or not variant.one_rule:
         return material, growth
     names = ("reference_density", "density_exponent") + (() if growth.is_linear else material.scales)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import dolfinx
 import numpy as np
 import ufl
 from mpi4py import MPI
@@ -13,7 +12,7 @@ from growthx.common.arrays import is_uniform
 from growthx.common.errors import InputError
 from growthx.constitutive import kinematics, quantities
 from growthx.constitutive.stimulus import StimulusDriven
-from growthx.fem.assembly import assemble
+from growthx.fem.assembly import assemble, integral
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import as_places, cells_at
 
@@ -45,13 +44,14 @@ class Expressions:
 
     def stress(self) -> Any:
         """Cauchy stress, the weighted mean over the load cases, shape (dim, dim)."""
-        return self.mean_of(quantities.cauchy_stress)
+        stress = self.mean_of(quantities.cauchy_stress)
+        return stress if stress.ufl_shape[0] == self._spaces.scene.mesh.dim else kinematics.in_plane(stress)
 
     def mean_of(self, value: Callable[[Elasticity, Any, Any], Any], *, in_space: bool = False) -> Any:
         """The weighted mean over the load cases of a value of material, density and H = ∇u, as in `quantities`.
 
-        in_space: of H with its zeros out of the plane, for shapes (3, 3).  Where nothing grows, that of a stiffness
-        without a weight.
+        in_space: of H with what it is out of the plane, for shapes (3, 3), as it is in plane stress in any case.  Where
+        nothing grows, that of a stiffness without a weight.
         """
         us, rho, momentum = self._state.displacements, self._state.density, self._momentum
 
@@ -159,7 +159,7 @@ class Measures:
         spaces, expressions = self._spaces, self._expressions
         rate = expressions.growth.resting_rate(expressions.material)
         square = spaces.compile.form(rate**2 * spaces.growing_volume)
-        total = spaces.comm.allreduce(float(dolfinx.fem.assemble_scalar(square).real))
+        total = spaces.comm.allreduce(integral(square))
         return float(np.sqrt(total / spaces.growing_size()))
 
 

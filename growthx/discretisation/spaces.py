@@ -15,7 +15,7 @@ from growthx.common.errors import InputError
 from growthx.discretisation.checks.point_fields import check_fields
 from growthx.discretisation.variants import AtPoints, right_ones
 from growthx.fem import compat
-from growthx.fem.assembly import Compiler, assemble
+from growthx.fem.assembly import Compiler, assemble, values_at_points
 from growthx.meshing.sampling import dof_positions
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class Spaces:
     def evaluate(self, value: Any, X: Floats) -> Floats:
         """A scalar in UFL at points X of the reference cell, (points, dim), shape (owned cells, points)."""
         cells = self.scene.mesh.owned_cells
-        values = self.compile.expression(value, X).eval(self.scene.mesh.domain, cells)
+        values = values_at_points(self.compile.expression(value, X), self.scene.mesh.domain, cells)
         return np.reshape(values, (len(cells), len(X)))
 
     def cells_of(self, regions: str | tuple[str, ...] | None) -> Indices:

@@ -110,6 +110,7 @@ class System:
     """What Newton's method sees, `solvers.problem.NonlinearProblem`, and what takes it from step to step.
 
     The iterate, `unknown`, becomes the state only in `accept_step`.
+    deformation: how displacements deform the body.
     borne: internal minus external forces of the iterate whose balance was last looked at, at supports what these bear,
     shape (owned unknowns,); None before the first one.
     past: of a law with a memory, what brings that up to date.
@@ -117,7 +118,7 @@ class System:
 
     def __init__(self, spaces: Spaces, state: State, momentum: Momentum, densities: Densities) -> None:
         self.spaces, self.state, self.densities, self.comm = spaces, state, densities, spaces.comm
-        self._momentum = momentum
+        self._momentum, self.deformation = momentum, momentum.deformation
         self.unknowns = densities.unknowns
         self.unknown, self.owned = self.unknowns.function, self.unknowns.owned
         self.symmetric = densities.symmetric

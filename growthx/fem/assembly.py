@@ -9,7 +9,8 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx.fem import kernels
+from growthx.fem import implicit, kernels
+from growthx.fem.condensation import condensed_tangent
 from growthx.fem.point_values import check_expression, check_form
 
 if TYPE_CHECKING:
@@ -17,10 +18,14 @@ if TYPE_CHECKING:
 
 
 class Compiler:
-    """Compiles weak forms and keeps the time it took: generating, compiling and loading them."""
+    """Compiles weak forms and keeps the time it took: generating, compiling and loading them.
+
+    implicits: values that forms may ask for by their symbols.
+    """
 
     def __init__(self) -> None:
         self.seconds = 0.0
+        self.implicits: list[implicit.Implicit] = []
 
     def __call__(self, build: Any, *arguments: Any) -> Any:
         """Call `build`, which compiles something, on the clock."""
@@ -32,22 +37,50 @@ class Compiler:
 
     def form(self, form: ufl.Form) -> dolfinx.fem.Form:
         """The compiled form."""
+        form, values = implicit.at_points(form, self.implicits, self.expression)
         check_form(form)
-        return self(kernels.form, form)
+        return _with_values(self(kernels.form, form), values)
 
     def expression(self, value: Any, X: Floats) -> dolfinx.fem.Expression:
         """The compiled expression, for points X of the reference cell, (points, dim)."""
+        value, values = implicit.at_places(value, X, self.implicits, self.expression)
         check_expression(value, X)
-        return self(kernels.expression, value, X)
+        return _with_values(self(kernels.expression, value, X), values)
+
+    def condensed_tangent(
+        self, tangents: list[ufl.Form], space: dolfinx.fem.FunctionSpace, densities: int, cells: Indices
+    ) -> dolfinx.fem.Form:
+        """See `condensation.condensed_tangent`."""
+        found = [implicit.at_points(form, self.implicits, self.expression) for form in tangents]
+        compiled = self(condensed_tangent, [form for form, _ in found], space, densities, cells)
+        return _with_values(compiled, [each for _, values in found for each in values])
+
+
+def _with_values(compiled: Any, values: list[implicit.PointValues]) -> Any:
+    compiled.implicit_values = values
+    return compiled
 
 
 def assemble(form: dolfinx.fem.Form) -> Floats:
     """The entries of a linear form this rank owns, with the other ranks' parts of them added (collective)."""
+    implicit.refresh(form)
     dofmap = form.function_spaces[0].dofmap
     vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
     dolfinx.fem.assemble_vector(vector.array, form)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
     return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+
+
+def integral(form: dolfinx.fem.Form) -> float:
+    """The number that a form of no argument is on this rank."""
+    implicit.refresh(form)
+    return float(dolfinx.fem.assemble_scalar(form).real)
+
+
+def values_at_points(expression: dolfinx.fem.Expression, domain: dolfinx.mesh.Mesh, cells: Indices) -> Floats:
+    """What an expression is at its points of some cells, as DOLFINx has it."""
+    implicit.refresh(expression)
+    return np.asarray(expression.eval(domain, cells))
 
 
 def cell_means(domain: dolfinx.mesh.Mesh, values: list[Any], volume: ufl.Measure, compile: Compiler) -> Floats:

@@ -12,7 +12,7 @@ import dolfinx
 import numpy as np
 
 from growthx.common.communicators import steady
-from growthx.fem import compat, kernels
+from growthx.fem import compat, implicit, kernels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,6 +98,7 @@ class CellSums:
             return
         whole = len(cells) == len(self._places)
         corners, places = (each if whole else each[cells] for each in (self._corners, self._places))
+        implicit.refresh(form)
         constants = dolfinx.cpp.fem.pack_constants(form._cpp_object)
         (coefficients,) = dolfinx.cpp.fem.pack_coefficients(form._cpp_object).values()
         coefficients, x = np.ascontiguousarray(coefficients), self._space.mesh.geometry.x

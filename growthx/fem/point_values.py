@@ -37,13 +37,8 @@ def check_form(form: ufl.Form) -> None:
     if all(points_of(field) is None for field in form.coefficients()):
         return
     for integral in form.integrals():
-        rule = dict(integral.metadata())
-        cell = cell_name(integral.ufl_domain())
-        degree, scheme = rule.get("quadrature_degree"), rule.get("quadrature_rule", "default")
-        points = (
-            rule_points(cell, degree, scheme) if integral.integral_type() == "cell" and degree is not None else None
-        )
-        _check_coefficients(integral.integrand(), points)
+        told = integral.integral_type() == "cell" and integral.metadata().get("quadrature_degree") is not None
+        _check_coefficients(integral.integrand(), rule_of(integral)[0] if told else None)
 
 
 def check_expression(value: Any, X: Floats) -> None:
@@ -62,10 +57,28 @@ def _check_coefficients(value: Any, points: Floats | None) -> None:
             )
 
 
-def rule_points(cell_name: str, degree: int, scheme: str = "default") -> Floats:
+def rule_of(integral: Any) -> tuple[Floats, Floats]:
+    """Points, (points, dim), and weights of an integral over cells whose degree is told."""
+    rule = dict(integral.metadata())
+    degree, scheme = rule["quadrature_degree"], rule.get("quadrature_rule", "default")
+    if scheme == "custom":
+        return np.array(rule["quadrature_points"]), np.array(rule["quadrature_weights"])
+    return _rule(cell_name(integral.ufl_domain()), degree, scheme)
+
+
+def rule_points(shape: str, degree: int, scheme: str = "default") -> Floats:
     """The points of an integration rule, shape (points, dim)."""
-    cell = basix.CellType[cell_name]
-    return np.asarray(basix.geometry(cell) if scheme == "vertex" else basix.make_quadrature(cell, degree)[0])
+    return _rule(shape, degree, scheme)[0]
+
+
+def _rule(shape: str, degree: int, scheme: str) -> tuple[Floats, Floats]:
+    cell = basix.CellType[shape]
+    if scheme == "vertex":
+        points, size = np.asarray(basix.geometry(cell)), float(np.sum(basix.make_quadrature(cell, 1)[1]))
+        return points, np.full(len(points), size / len(points))
+    kind = basix.QuadratureType.gll if scheme == "GLL" else basix.QuadratureType.default
+    points, weights = map(np.asarray, basix.make_quadrature(cell, degree, rule=kind))
+    return points, weights
 
 
 def are_same(one: Floats, other: Floats) -> bool:

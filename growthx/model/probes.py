@@ -22,7 +22,15 @@ from growthx.constitutive.energies import StoredEnergy
 from growthx.constitutive.growth import GrowthLaw
 from growthx.constitutive.material import Material
 from growthx.constitutive.stimulus import StimulusDriven
-from growthx.model.trials import RELATIVE_DENSITIES, number, sample_states, try_energy, try_source, try_weight
+from growthx.model.trials import (
+    RELATIVE_DENSITIES,
+    number,
+    sample_states,
+    try_across,
+    try_energy,
+    try_source,
+    try_weight,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,6 +71,18 @@ def trouble(growth: MassSource, material: Elasticity, mesh: Mesh) -> str:
                     _check_growth(growth, material, mesh)
                 else:
                     _check_source(growth, material, mesh)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def trouble_across(material: Elasticity, mesh: Mesh) -> str:
+    """What makes an energy of the user's unusable in plane stress, as a sentence; empty if nothing does."""
+    if not isinstance(material, StoredEnergy) or len(mesh.domain.geometry.x) == 0:
+        return ""
+    try:
+        with np.errstate(all="ignore"):
+            try_across(_with(material, mesh, float))
     except InputError as error:
         return str(error)
     return ""

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 from growthx.common.arrays import Field
 from growthx.common.checks import require, require_each, require_kind, require_name
-from growthx.common.errors import InputError, raise_on_all
+from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.common.overrides import Sealed, is_foreign
 from growthx.constitutive.energies import Elasticity
 from growthx.constitutive.flux import MassFlux
+from growthx.constitutive.kinematics import Plane
 from growthx.constitutive.sources import MassSource
 from growthx.meshing.fields import vector
 from growthx.meshing.mesh import Mesh
@@ -39,6 +40,7 @@ class Scene(Sealed, replaceable=()):
     one, bone that was in equilibrium with them is resorbed until they are back.
     growing: names of the regions that grow; default: everywhere.  Elsewhere the density stays as it is at no cost, and
     stiffness is what the material's energy says, without the weight of a density.
+    plane: of a plane body, `Plane.STRAIN`, the default, or `Plane.STRESS`; their names "strain" and "stress" will do.
 
     Example:
         >>> mesh, law = gx.scenes.plate(2).mesh, gx.EnergyDrivenGrowth(0.02, 10.0)
@@ -62,6 +64,7 @@ class Scene(Sealed, replaceable=()):
     influx: tuple[Influx, ...] = ()
     inertia: Inertia | None = None
     cases: tuple[LoadCase, ...] = ()
+    plane: Plane | str = Plane.STRAIN
 
     def __post_init__(self) -> None:
         self._check_kinds()
@@ -92,6 +95,7 @@ class Scene(Sealed, replaceable=()):
         for open_load in self.open_loads:
             if open_load.on is not None:
                 self.mesh.boundary(open_load.on)
+        self._check_plane()
         self._check_pressures()
         held = [support.components(self.mesh.dim) for support in self.supports]
         springs = any(load.may_hold for load in self.open_loads)
@@ -153,6 +157,33 @@ class Scene(Sealed, replaceable=()):
                 raise InputError(
                     f"the pressure on '{load.on}' follows the deformation, and {type(self.material).__name__} is of "
                     "small strains, which know none: a Traction would be right"
+                )
+
+    def _check_plane(self) -> None:
+        """Refuse plane stress of what has no plane, and of what presses upon the sides that become thinner."""
+        try:
+            object.__setattr__(self, "plane", Plane(self.plane))
+        except ValueError:
+            raise InputError(
+                f"the plane of the scene '{self.name}' is {shown(self.plane)}: Plane.STRAIN or Plane.STRESS, "
+                '"strain" or "stress", would be right'
+            ) from None
+        if self.plane is not Plane.STRESS:
+            return
+        if self.mesh.dim != 2:
+            raise InputError(
+                f"the scene '{self.name}' is in plane stress, and its body in {self.mesh.dim} dimensions: a plane "
+                "mesh, or no plane, would be right"
+            )
+        if is_foreign(type(self.material)):
+            from growthx.model import probes
+
+            raise_on_all(self.mesh.comm, probes.trouble_across(self.material, self.mesh))
+        for load in self.open_loads:
+            if isinstance(load, Pressure):
+                raise InputError(
+                    f"the pressure on '{load.on}' acts on sides whose thickness changes in plane stress, which is "
+                    "known inside the cells alone: a Traction, or plane strain, would be right"
                 )
 
     def _check_entries(self, load: Load) -> None:

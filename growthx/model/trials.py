@@ -244,6 +244,20 @@ def try_energy(material: StoredEnergy) -> None:
                 )
 
 
+def try_across(material: StoredEnergy) -> None:
+    """Refuse an energy that bears shear across a plane body that is deformed in its plane; parameters: numbers."""
+    for H in GRADIENTS:
+        if not (H[2, :2].any() or H[:2, 2].any()):
+            _, stress = _energy(material, H + np.diag([0.0, 0.0, 0.01]))
+            shear = max(np.abs(stress[2, :2]).max(), np.abs(stress[:2, 2]).max())
+            if shear > PRESTRESS * material.stiffness:
+                raise InputError(
+                    f"the energy of {type(material).__name__} bears a shear stress of {shear:g} across the plane at "
+                    f"the displacement gradient {H.tolist()}, for which plane stress has no strain: one whose "
+                    "directions lie in the plane or across it, or plane strain, would be right"
+                )
+
+
 def _try_stiffness(material: StoredEnergy) -> None:
     stiffness = material.stiffness
     if isinstance(stiffness, bool) or not isinstance(stiffness, Real) or not (0 < float(stiffness) < math.inf):

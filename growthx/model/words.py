@@ -35,7 +35,7 @@ def scene_lines(of: Any) -> list[str]:
     grows = "everywhere" if of.growing is None else f"in {quoted_names(of.growing)}"
     program = of.program
     lines = [
-        line("mesh", mesh_in_words(of.mesh)),
+        line("mesh", mesh_in_words(of.mesh) + (", in plane stress" if of.plane == "stress" else "")),
         line("material", fields_in_words(of.material)),
         line("growth", fields_in_words(of.growth)),
         line("start", f"density {field_in_words(of.start_density)}, grows {grows}"),

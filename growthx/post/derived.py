@@ -16,7 +16,7 @@ import ufl
 from growthx.common.checks import require_kind
 from growthx.common.errors import InputError
 from growthx.discretisation.checks.arguments import require_problem
-from growthx.fem.assembly import CellMeans, average_cells
+from growthx.fem.assembly import CellMeans, average_cells, values_at_points
 from growthx.meshing.sampling import reference_corners
 from growthx.post.fields.choice import Choice, check_known, check_name, chosen
 from growthx.post.fields.row import SHAPES, DerivedField, read_all
@@ -225,7 +225,7 @@ class _Entries:
         if self._compiled is None:
             return {}
         mesh = self._problem.scene.mesh
-        numbers = self._compiled.eval(mesh.domain, mesh.owned_cells).reshape(self._shape)
+        numbers = values_at_points(self._compiled, mesh.domain, mesh.owned_cells).reshape(self._shape)
         return {field.name: numbers[..., self._columns[field.value]] for field in self._fields}
 
 

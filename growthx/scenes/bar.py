@@ -13,6 +13,7 @@ from growthx.common.errors import InputError, shown
 from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
 from growthx.constitutive.homogeneous import Equilibrium, uniaxial_equilibrium
+from growthx.constitutive.kinematics import Plane
 from growthx.constitutive.material import Material
 from growthx.meshing import files
 from growthx.meshing.sampling import positions, reference_corners
@@ -126,7 +127,7 @@ def equilibrium(scene: Scene, problem: Problem, x: float) -> Equilibrium:
     """Semi-analytic state at biological equilibrium where every cross-section is free: the end of a long march."""
     law: Any = scene.growth
     growth = replace(law, attractor=float(problem.attractor(np.array([x]))[0]))
-    return uniaxial_equilibrium(scene.material, growth, float(problem.traction(np.array([x]))[0]))
+    return uniaxial_equilibrium(scene.material, growth, float(problem.traction(np.array([x]))[0]), Plane(scene.plane))
 
 
 def midpoint_density_change(discretisation: Discretisation) -> float:

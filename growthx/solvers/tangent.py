@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from dolfinx.fem import petsc
 from petsc4py import PETSc
 
+from growthx.fem import implicit
 from growthx.solvers import linear_solvers
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ def assemble_tangent(problem: NonlinearProblem, matrix: PETSc.Mat) -> None:
     """Assemble the tangent of a problem at its running iterate into a matrix made from `problem.coupling`."""
     matrix.zeroEntries()
     for tangent in problem.tangents:
+        implicit.refresh(tangent)
         petsc.assemble_matrix(matrix, tangent, problem.conditions)  # type: ignore[arg-type]
         matrix.assemble(PETSc.Mat.AssemblyType.FLUSH)  # PETSc drops, silently, what is added to what was inserted
     matrix.assemble()

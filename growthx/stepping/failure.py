@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import dolfinx
 import ufl
 
-from growthx.constitutive.kinematics import displacement_gradient, volume_change
+from growthx.constitutive import quantities
+from growthx.constitutive.kinematics import Plane, displacement_gradient, volume_change
 from growthx.fem.places import Exceptions, first_place
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def take_back(problem: Discretisation, report: NewtonReport) -> str:
 
 def inadmissible(problem: Discretisation) -> str:
     """What is wrong with the running iterate, and where, as a part of a sentence; empty if nothing is (collective)."""
-    return _turned_over(problem) or _without_density(problem)
+    return _turned_over(problem) or _without_thickness(problem) or _without_density(problem)
 
 
 def _turned_over(problem: Discretisation) -> str:
@@ -44,6 +45,20 @@ def _turned_over(problem: Discretisation) -> str:
         for exceptions in looked_at:
             if where := exceptions.first():
                 return f"det F ≤ 0 in the cell at {where}" + (f" in the load case '{case.name}'" if case.name else "")
+    return ""
+
+
+def _without_thickness(problem: Discretisation) -> str:
+    """In plane stress an energy may have no thickness that bears nothing."""
+    if problem.scene.plane is not Plane.STRESS:
+        return ""
+    spaces, system = problem.spaces, problem.system
+    for case, u in zip(spaces.cases, system.unknowns.displacements, strict=True):
+        thickness = quantities.thickness_stretch(problem.material, problem.density, system.deformation.gradient(u))
+        known = ufl.ge(thickness**2, 0)  # of what is not a number it does not hold
+        if where := Exceptions(known, spaces.whole_volume, problem.displacement_space, problem.compile).first():
+            of_case = f" in the load case '{case.name}'" if case.name else ""
+            return f"at no thickness σ₃₃ = 0 in the cell at {where}{of_case}"
     return ""
 
 

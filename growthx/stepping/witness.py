@@ -18,6 +18,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.common.errors import GrowthxError
+from growthx.fem.assembly import integral
 from growthx.meshing.sampling import volume_ratios
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import FLAT, Face, Moment
@@ -157,7 +158,7 @@ class _OpenResultants:
             move = self._moves[number]
             for direction in range(dim):
                 move.value[direction] = 1.0
-                force[direction] = -sum(float(dolfinx.fem.assemble_scalar(form).real) for form in self._forms)
+                force[direction] = -sum(integral(form) for form in self._forms)
                 move.value[direction] = 0.0
         return np.array(self._problem.comm.allreduce(force)) / self._problem.spaces.cases[number].weight
 

@@ -444,7 +444,7 @@ def test_a_field_that_a_law_lacks_is_refused(shared_folder):
         lambda: gx.solve(scene, gx.Q1, out=shared_folder / "out", fields=("stimulus",)),
         lambda: results.cell_fields(gx.discretise(scene, gx.Q1), ("stimulus",)),
     ):
-        with pytest.raises(InputError, match=r"the law Toy has no field 'stimulus': some of density, .* right"):
+        with pytest.raises(InputError, match=r"no field 'stimulus' of the law Toy in plane strain: some of .* right"):
             ask()
 
 

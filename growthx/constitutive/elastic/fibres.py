@@ -43,6 +43,7 @@ class FibredNeoHooke(ByModuli, replaceable=()):
 
     coefficients: ClassVar[tuple[str, ...]] = (*ByModuli.coefficients, "fibre", *AXES)
     directions: ClassVar[tuple[str, ...]] = AXES
+    across: ClassVar[tuple[str, ...]] = AXES[2:]
 
     def __post_init__(self) -> None:
         super().__post_init__()

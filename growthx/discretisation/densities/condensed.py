@@ -20,7 +20,6 @@ from growthx.discretisation.forms import balances
 from growthx.discretisation.forms.momentum import total
 from growthx.discretisation.unknowns import Unknowns
 from growthx.discretisation.variants import AtPoints, right_ones
-from growthx.fem.condensation import condensed_tangent
 
 if TYPE_CHECKING:
     import dolfinx
@@ -68,7 +67,7 @@ class EliminatedDensities:
         """Of all displacements; compiled when they are asked for."""
         spaces = self._spaces
         inside = self.own_tangents[0][:1] if len(spaces.cases) == 1 and self.symmetric else [self._condensed_tangent()]
-        derivatives = [ufl.derivative(form, self.unknowns.function) for form in self._beside]
+        derivatives = [self._momentum.deformation.derivative(form, self.unknowns.function) for form in self._beside]
         return inside + [spaces.compile.form(derivative) for derivative in derivatives]
 
     @cached_property
@@ -94,14 +93,14 @@ class EliminatedDensities:
         *tests, test_rho = ufl.TestFunctions(space)
         *trials, trial_rho = ufl.TrialFunctions(space)
         direction = self._direction(dict(zip(used, trials, strict=True)))
-        own = dict(zip(used, tests, strict=True))
+        own, derivative = dict(zip(used, tests, strict=True)), self._momentum.deformation.derivative
         tangents = [
-            ufl.derivative(each, self.unknowns.function, direction) + ufl.derivative(each, rho, trial_rho)
+            derivative(each, self.unknowns.function, direction) + ufl.derivative(each, rho, trial_rho)
             for each in self._balances([own.get(case) for case in range(count)], test_rho)
         ]
         densities = spaces.density_space.dofmap.dof_layout.num_dofs
         target = self.unknowns.space if only is None else spaces.displacement_space
-        return spaces.compile(condensed_tangent, tangents, target, densities, spaces.growing_cells)
+        return spaces.compile.condensed_tangent(tangents, target, densities, spaces.growing_cells)
 
     def _resting_tangent(self, case: int) -> list[dolfinx.fem.Form]:
         """Of one displacement alone where nothing grows, if that is anywhere; nothing is condensed there."""
@@ -113,8 +112,9 @@ class EliminatedDensities:
         tests = [ufl.TestFunction(alone) if other == case else None for other in range(len(spaces.cases))]
         us, volume = self.unknowns.displacements, spaces.whole_volume
         form = self._momentum.inside(us, state.resting_density, tests, volume, rests=True)
-        tangent = ufl.derivative(form, self.unknowns.function, self._direction({case: ufl.TrialFunction(alone)}))
-        return [spaces.compile(condensed_tangent, [tangent], space, 0, spaces.resting_cells)]
+        direction = self._direction({case: ufl.TrialFunction(alone)})
+        tangent = self._momentum.deformation.derivative(form, self.unknowns.function, direction)
+        return [spaces.compile.condensed_tangent([tangent], space, 0, spaces.resting_cells)]
 
     def _direction(self, trials: dict[int, Any]) -> Any:
         """Of all displacements in UFL, zero but for those of some load cases."""

@@ -111,6 +111,7 @@ class LumpedNodes:
         self._where = dolfinx.fem.Function(dolfinx.fem.functionspace(domain, ("DG", 0)))
         forms = self._mass.lumped_instead(self._test, ufl.gt(self._where, 0.5))
         compile, function = self._spaces.compile, self._unknowns.function
+        # In plane stress, too: the thickness that makes the energy least is no part of the slope of the source.
         return (
             [compile.form(form) for form in forms],
             [compile.form(ufl.derivative(form, function)) for form in forms],

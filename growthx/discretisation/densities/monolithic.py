@@ -58,7 +58,8 @@ class NodalDensities:
         self._gains = [spaces.compile.form(form) for form in self._mass.gains(unknowns.test_density)]
         forms = self._forms()
         self._residuals = [spaces.compile.form(form) for form in forms]
-        self._tangents = [spaces.compile.form(ufl.derivative(form, unknowns.function)) for form in forms]
+        derivative = momentum.deformation.derivative
+        self._tangents = [spaces.compile.form(derivative(form, unknowns.function)) for form in forms]
         self.coupling = self._tangents[0]
         variant = spaces.variant
         everywhere = variant.storage_at_corners and variant.source_at_corners

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import ufl
 
 from growthx.constitutive.expressions import expression
-from growthx.constitutive.kinematics import displacement_gradient
+from growthx.constitutive.kinematics import in_space
 
 if TYPE_CHECKING:
     from growthx.constitutive.energies import Elasticity
@@ -31,9 +31,10 @@ def source(rho: Any, energy: Any, test: Any, growth: MassSource, material: Elast
     return test * growth.mass_source(rho, energy, material) * dV
 
 
-def internal_work(u: Any, rho: Any, test: Any, material: Elasticity, dV: ufl.Measure) -> ufl.Form:
-    """∫ ∇δu : P̄ dV with the reduced momentum flux P̄ (7)."""
-    return ufl.inner(material.stress(displacement_gradient(u), rho), ufl.grad(test)) * dV
+def internal_work(H: Any, rho: Any, test: Any, material: Elasticity, dV: ufl.Measure) -> ufl.Form:
+    """∫ ∇δu : P̄ dV with the reduced momentum flux P̄ (7) at H = ∇u, of which the plane may be a part."""
+    slope = ufl.grad(test)
+    return ufl.inner(material.stress(H, rho), slope if H.ufl_shape == slope.ufl_shape else in_space(slope)) * dV
 
 
 def external_work(load: Any, test: Any, measure: ufl.Measure) -> ufl.Form:

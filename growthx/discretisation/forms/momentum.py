@@ -11,8 +11,8 @@ import ufl
 from growthx.constitutive import quantities
 from growthx.constitutive.expressions import expression
 from growthx.constitutive.functions import sqrt
-from growthx.constitutive.kinematics import displacement_gradient
 from growthx.discretisation.forms import balances
+from growthx.discretisation.forms.deformation import Deformation
 from growthx.fem.lumping import at_nodes, node_shares
 from growthx.model.open_loads import OpenLoad, check_sides
 
@@ -32,6 +32,7 @@ class Momentum:
     """The weak balance of momentum, of the displacements `us` and test functions `tests` of the load cases.
 
     Each load case counts by its weight, which makes the condensed tangent of all of them symmetric.
+    deformation: how displacements deform the body.
     """
 
     def __init__(self, spaces: Spaces, state: State, material: Elasticity) -> None:
@@ -40,7 +41,7 @@ class Momentum:
         self._spaces, self._scene, self._state, self._material = spaces, scene, state, material
         # Where nothing grows stiffness has no weight: n = 0 and, should a law of one's own not heed n, ρ = ρ*.
         self.at_rest = material if scene.growing is None else replace(material, density_exponent=0)
-        self._cases = spaces.cases
+        self._cases, self.deformation = spaces.cases, Deformation(spaces, material)
         if scene.inertia is not None and scene.inertia.lumped:
             self._corners = node_shares(scene.mesh.domain)
 
@@ -56,7 +57,7 @@ class Momentum:
             if test is None:
                 continue
             test = _weighted(case, test)
-            terms.append(balances.internal_work(u, stiffening, test, material, dV))
+            terms.append(balances.internal_work(self.deformation.gradient(u), stiffening, test, material, dV))
             terms += [
                 balances.external_work(-self._state.share_of(load) * self._force(load, u, rho), test, dV)
                 for load in case.loads
@@ -111,7 +112,7 @@ class Momentum:
 
         Energies of nearly nothing, whose powers have no slope that is a number, are rounded.
         """
-        energies = [self._material.energy_at(displacement_gradient(u)) for u in us]
+        energies = [self._material.energy_at(self.deformation.gradient(u)) for u in us]
         power = self._scene.growth.mean_exponent
         if len(us) == 1 or power == 1.0:
             return total([_weighted(case, energy) for case, energy in zip(self._cases, energies, strict=True)])
@@ -125,7 +126,7 @@ class Momentum:
     ) -> Any:
         """The weighted mean over the load cases of a value of material, density and H = ∇u; rests: as in `inside`."""
         material, stiffening = self._stiffness(rho, rests)
-        values = [value(material, stiffening, displacement_gradient(u)) for u in us]
+        values = [value(material, stiffening, self.deformation.gradient(u)) for u in us]
         return total([_weighted(case, value) for case, value in zip(self._cases, values, strict=True)])
 
     def stiffness(self, rho: Any, *, rests: bool = False) -> Any:

@@ -75,6 +75,7 @@ def check_known(names: Sequence[str], table: Mapping[str, DerivedField], problem
     for name in names:
         known = table[name].known
         if known is not None and not known(problem):
-            law = type(problem.scene.growth).__name__
+            scene = problem.scene
+            law, plane = type(scene.growth).__name__, f" in plane {scene.plane}" * (scene.mesh.dim == 2)
             right = ", ".join(each.name for each in table.values() if each.known is None or each.known(problem))
-            raise InputError(f"the law {law} has no field '{name}': some of {right} would be right")
+            raise InputError(f"there is no field '{name}' of the law {law}{plane}: some of {right} would be right")

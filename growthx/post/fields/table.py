@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from growthx.constitutive import quantities
+from growthx.constitutive.kinematics import Plane
 from growthx.constitutive.stimulus import StimulusDriven
 from growthx.post.fields import tensors
 from growthx.post.fields.row import DerivedField
@@ -65,6 +66,10 @@ def _piola(problem: Discretisation) -> list[Any]:
 
 def _strain(problem: Discretisation) -> list[Any]:
     return _upper(problem.expressions.mean_of(quantities.green_lagrange_strain, in_space=True))
+
+
+def _thickness(problem: Discretisation) -> Any:
+    return problem.expressions.mean_of(quantities.thickness_stretch, in_space=True)
 
 
 def _directions(name: str, of: str, value: Callable[[Discretisation], Any]) -> list[DerivedField]:
@@ -173,6 +178,14 @@ TABLE = (
         title="Green–Lagrange strain ½ [Fᵀ F − I]",
         unit="no unit",
         rank=2,
+        told=False,
+    ),
+    DerivedField(
+        "thickness_stretch",
+        _thickness,
+        known=lambda problem: problem.scene.plane is Plane.STRESS,
+        title="thickness stretch λ₃, in plane stress",
+        unit="no unit",
         told=False,
     ),
     DerivedField(
