@@ -9,7 +9,7 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx.fem import kernels
+from growthx.fem import kernels, sweeps
 from growthx.fem.point_values import check_expression, check_form
 
 if TYPE_CHECKING:
@@ -35,6 +35,12 @@ class Compiler:
         check_form(form)
         return self(kernels.form, form)
 
+    def residual(self, form: ufl.Form) -> dolfinx.fem.Form:
+        """A compiled linear form that is assembled often: `assemble` takes several of its cells at once, if it can."""
+        compiled = self.form(form)
+        compiled.sweep = self(sweeps.of_vectors, form, compiled)  # type: ignore[attr-defined]
+        return compiled
+
     def expression(self, value: Any, X: Floats) -> dolfinx.fem.Expression:
         """The compiled expression, for points X of the reference cell, (points, dim)."""
         check_expression(value, X)
@@ -45,7 +51,11 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
     """The entries of a linear form this rank owns, with the other ranks' parts of them added (collective)."""
     dofmap = form.function_spaces[0].dofmap
     vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
-    dolfinx.fem.assemble_vector(vector.array, form)
+    sweep = getattr(form, "sweep", None)
+    if sweep is None:
+        dolfinx.fem.assemble_vector(vector.array, form)
+    else:
+        sweep(vector.array)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
     return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
 

@@ -96,6 +96,9 @@ class CellSums:
         cells: Indices = form.kernel_cells
         if not len(cells):
             return
+        if form.sweep is not None:
+            form.sweep(cells, self._places, values)
+            return
         whole = len(cells) == len(self._places)
         corners, places = (each if whole else each[cells] for each in (self._corners, self._places))
         constants = dolfinx.cpp.fem.pack_constants(form._cpp_object)

@@ -7,7 +7,7 @@ until equilibrium of momentum:                       (the paper's integration-po
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
@@ -57,7 +57,7 @@ class EliminatedDensities:
         # Neither knows a density that is solved for: their tangents need no condensation.
         resting, boundary = momentum.of_what_rests(us, tests), momentum.on_boundaries(us, rho, tests)
         residuals = [total(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
-        self.residuals = [spaces.compile.form(form) for form in residuals]
+        self.residuals = [spaces.compile.residual(form) for form in residuals]
         self._beside = resting + boundary
         self.lumped: None = None
         self.conditions: list[dolfinx.fem.DirichletBC] = []
@@ -101,7 +101,8 @@ class EliminatedDensities:
         ]
         densities = spaces.density_space.dofmap.dof_layout.num_dofs
         target = self.unknowns.space if only is None else spaces.displacement_space
-        return spaces.compile(condensed_tangent, tangents, target, densities, spaces.growing_cells)
+        compile = partial(condensed_tangent, often=only is not None)
+        return spaces.compile(compile, tangents, target, densities, spaces.growing_cells)
 
     def _resting_tangent(self, case: int) -> list[dolfinx.fem.Form]:
         """Of one displacement alone where nothing grows, if that is anywhere; nothing is condensed there."""
@@ -114,7 +115,8 @@ class EliminatedDensities:
         us, volume = self.unknowns.displacements, spaces.whole_volume
         form = self._momentum.inside(us, state.resting_density, tests, volume, rests=True)
         tangent = ufl.derivative(form, self.unknowns.function, self._direction({case: ufl.TrialFunction(alone)}))
-        return [spaces.compile(condensed_tangent, [tangent], space, 0, spaces.resting_cells)]
+        compile = partial(condensed_tangent, often=True)
+        return [spaces.compile(compile, [tangent], space, 0, spaces.resting_cells)]
 
     def _direction(self, trials: dict[int, Any]) -> Any:
         """Of all displacements in UFL, zero but for those of some load cases."""
