@@ -90,7 +90,10 @@ def library(comm: MPI.Comm, source: str, declarations: str, owner: str, *, libra
 
 
 def derived(comm: MPI.Comm, weak_forms: Sequence[ufl.Form], recipe: Recipe) -> Any | None:
-    """The functions of C code that is made of FFCx's for some forms; None where it cannot be (collective)."""
+    """The functions of C code that is made of FFCx's for some forms; None where none can be (collective).
+
+    A compiler that refuses it need not know vectors: that is no error, and is tried once.
+    """
     flags = _flags(comm)
     folders = [_options(comm, weak_form)["cache_dir"] for weak_form in weak_forms]
     name = (
@@ -100,7 +103,11 @@ def derived(comm: MPI.Comm, weak_forms: Sequence[ufl.Form], recipe: Recipe) -> A
     def build(folder: Path) -> None:
         source = recipe.source([next(folder.glob("*.c")).read_text() for folder in folders])
         if source is not None:
-            _build(folder, name, source, recipe.declarations, flags, MATHEMATICS)
+            try:
+                _build(folder, name, source, recipe.declarations, flags, MATHEMATICS)
+            except Exception as error:
+                if not _is_refusal(error):
+                    raise
 
     folder = _keep(comm, name, build)
     return _loaded(name, folder) if any(folder.glob(f"{name}.*so")) else None
@@ -201,13 +208,18 @@ def _make(home: Path, name: str, build: Callable[[Path], Any]) -> Path:
             "may name another folder for them"
         ) from error
     except Exception as error:
-        if type(error).__name__ != "VerificationError":  # cffi's, which is not imported for this
+        if not _is_refusal(error):
             raise
         raise InputError(
             f"the C compiler '{shlex.join(_compiler())}' could not compile a weak form in {home} ({error}): one that "
             f"works, and room on the disk, would be right ({shutil.disk_usage(home).free >> 20} MB are free)"
         ) from error
     return place
+
+
+def _is_refusal(error: Exception) -> bool:
+    """Whether it is cffi's, which is not imported for this: the compiler has failed."""
+    return type(error).__name__ == "VerificationError"
 
 
 def _home() -> Path:

@@ -1,8 +1,8 @@
 """Kernels that take several cells at once: the C code of FFCx with vectors, a lane for each cell, where it has numbers.
 
-Cells of few integration points leave the vectors of a CPU empty, since FFCx writes kernels of one cell.  What it writes
-is regular enough to be read line by line: numbers that depend on the cell become vectors, tables stay as they are.  Where
-a line is of another kind the kernel is not translated, and cells are taken one by one.
+Cells of few integration points leave the vectors of a CPU empty: FFCx writes kernels of one cell.  What it writes is
+regular enough to be read line by line: numbers that depend on the cell become vectors, tables stay as they are.  A
+kernel with a line of another kind is not translated, and cells are taken one by one.
 """
 
 from __future__ import annotations

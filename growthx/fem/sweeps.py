@@ -156,7 +156,10 @@ class _OfVectors:
     """The recipe of a library that adds up a form's vectors."""
 
     declarations: str = ADD_VECTORS
-    frame: str = lanes.TYPES + lanes.FUNCTIONS + GATHER + OF_VECTORS
+
+    @property
+    def frame(self) -> str:
+        return lanes.TYPES + lanes.FUNCTIONS + GATHER + OF_VECTORS
 
     def source(self, codes: list[str]) -> str | None:
         try:
