@@ -28,6 +28,7 @@ import growthx as gx
 from benchmarks.shared import command
 from benchmarks.shared.reporting import RESULTS, Table, progress, read_rows, write_rows
 from growthx.fem.cell_sums import CellSums
+from growthx.fem.sweeps import VectorSweep
 from growthx.solvers.newton import Newton
 from growthx.solvers.single_factor import Factor
 
@@ -189,9 +190,16 @@ def assembly_on(clock: Clock) -> Iterator[None]:
     def assemble(*arguments: Any, **named: Any) -> Any:
         return (of_energies if clock.part == DENSITIES else assemble_vector)(*arguments, **named)
 
+    sweep = VectorSweep.__call__
+    of_cells = clock.around(sweep, ENERGIES)
+
+    def add(*arguments: Any) -> None:
+        (of_cells if clock.part == DENSITIES else sweep)(*arguments)
+
     matrix = clock.around(dolfinx.fem.petsc.assemble_matrix, TANGENT)
     with ExitStack() as clocks:
         clocks.enter_context(patch.object(dolfinx.fem, "assemble_vector", assemble))
+        clocks.enter_context(patch.object(VectorSweep, "__call__", add))
         clocks.enter_context(patch.object(dolfinx.fem.petsc, "assemble_matrix", matrix))
         for owner, name, part in (
             (Newton, "solve", NEWTON),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import numpy as np
 import ufl
 
-from growthx.fem import implicit, kernels
+from growthx.fem import implicit, kernels, sweeps
 from growthx.fem.condensation import condensed_tangent
 from growthx.fem.point_values import check_expression, check_form
 
@@ -37,9 +38,19 @@ class Compiler:
 
     def form(self, form: ufl.Form) -> dolfinx.fem.Form:
         """The compiled form."""
+        return self._form(form)[1]
+
+    def residual(self, form: ufl.Form) -> dolfinx.fem.Form:
+        """A compiled linear form that is assembled often: `assemble` takes several of its cells at once, if it can."""
+        form, compiled = self._form(form)
+        compiled.sweep = self(sweeps.of_vectors, form, compiled)  # type: ignore[attr-defined]
+        return compiled
+
+    def _form(self, form: ufl.Form) -> tuple[ufl.Form, dolfinx.fem.Form]:
+        """What was compiled, with values at points in the place of symbols, and the compiled form."""
         form, values = implicit.at_points(form, self.implicits, self.expression)
         check_form(form)
-        return _with_values(self(kernels.form, form), values)
+        return form, _with_values(self(kernels.form, form), values)
 
     def expression(self, value: Any, X: Floats) -> dolfinx.fem.Expression:
         """The compiled expression, for points X of the reference cell, (points, dim)."""
@@ -48,11 +59,18 @@ class Compiler:
         return _with_values(self(kernels.expression, value, X), values)
 
     def condensed_tangent(
-        self, tangents: list[ufl.Form], space: dolfinx.fem.FunctionSpace, densities: int, cells: Indices
+        self,
+        tangents: list[ufl.Form],
+        space: dolfinx.fem.FunctionSpace,
+        densities: int,
+        cells: Indices,
+        *,
+        often: bool = False,
     ) -> dolfinx.fem.Form:
         """See `condensation.condensed_tangent`."""
         found = [implicit.at_points(form, self.implicits, self.expression) for form in tangents]
-        compiled = self(condensed_tangent, [form for form, _ in found], space, densities, cells)
+        compile = partial(condensed_tangent, often=often)
+        compiled = self(compile, [form for form, _ in found], space, densities, cells)
         return _with_values(compiled, [each for _, values in found for each in values])
 
 
@@ -66,7 +84,11 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
     implicit.refresh(form)
     dofmap = form.function_spaces[0].dofmap
     vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
-    dolfinx.fem.assemble_vector(vector.array, form)
+    sweep = getattr(form, "sweep", None)
+    if sweep is None:
+        dolfinx.fem.assemble_vector(vector.array, form)
+    else:
+        sweep(vector.array)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
     return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
 

@@ -96,9 +96,12 @@ class CellSums:
         cells: Indices = form.kernel_cells
         if not len(cells):
             return
+        implicit.refresh(form)
+        if form.sweep is not None:
+            form.sweep(cells, self._places, values)
+            return
         whole = len(cells) == len(self._places)
         corners, places = (each if whole else each[cells] for each in (self._corners, self._places))
-        implicit.refresh(form)
         constants = dolfinx.cpp.fem.pack_constants(form._cpp_object)
         (coefficients,) = dolfinx.cpp.fem.pack_coefficients(form._cpp_object).values()
         coefficients, x = np.ascontiguousarray(coefficients), self._space.mesh.geometry.x

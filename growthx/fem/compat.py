@@ -55,6 +55,17 @@ def cell_form(
     )
 
 
+CELLS_OF_INTEGRALS = VERSION < (0, 10)  # whether the next function is known to do what it says
+
+
+def cells_of_integrals(form: dolfinx.fem.Form) -> list[Indices]:
+    """The cells of each of a form's integrals over cells, in the order of what FFCx has written."""
+    integral_type = getattr(dolfinx.cpp.fem, "_IntegralType", None) or dolfinx.cpp.fem.IntegralType
+    ids = form._cpp_object.integral_ids(integral_type.cell)
+    domains = [form._cpp_object.domains(integral_type.cell, each) for each in ids]
+    return [np.ascontiguousarray(cells, dtype=np.int32) for cells in domains]
+
+
 def interpolation_points(element: Any) -> Floats:
     """Points of the reference cell, shape (points, dim), that interpolation into an element needs."""
     points = element.interpolation_points

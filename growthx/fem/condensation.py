@@ -12,13 +12,14 @@ own.  Where the two balances are integrated at different points, each has a comp
 from __future__ import annotations
 
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import dolfinx
 import numpy as np
 
 from growthx.common.communicators import steady
 from growthx.fem import compat, kernels
+from growthx.fem.sweeps import of_matrices, used
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,17 +74,21 @@ def condensed_tangent(
     space: dolfinx.fem.FunctionSpace,
     densities: int,
     cells: Indices,
+    *,
+    often: bool = False,
 ) -> dolfinx.fem.Form:
     """The tangent of both balances as a form of the displacement alone.
 
     tangents: forms whose sum is the derivative of both balances, each with one quadrature rule, their arguments (u, ρ)
     from a mixed element with the displacement first.  space: displacement space.  densities: number of densities in a
     cell, perhaps none.  cells: where the density is eliminated.
-    kernel, kernel_cells: of the form that is returned, the address of its kernel and `cells`.
+    often: whether several cells at once are worth their compilation, for `CellSums`.
+    kernel, kernel_cells, sweep: of the form that is returned, the address of its kernel, `cells`, and what takes
+    several of them at once, None if nothing does.
     """
     comm = steady(space.mesh.comm)
     compiled = [kernels.generated(comm, tangent) for tangent in tangents]
-    coefficients = [_used(tangent, ufcx_form) for tangent, (ufcx_form, _) in zip(tangents, compiled, strict=True)]
+    coefficients = [used(tangent, ufcx_form) for tangent, (ufcx_form, _) in zip(tangents, compiled, strict=True)]
     constants = [tangent.constants() for tangent in tangents]
     extra = compat.KERNEL_EXTRA_TYPE
     source = SOURCE.format(
@@ -105,13 +110,8 @@ def condensed_tangent(
     form = compat.cell_form([space, space], kernel, cells, [*chain(*coefficients)], [*chain(*constants)])
     form.kernel, form.kernel_cells = kernel, cells  # type: ignore[attr-defined]
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
+    form.sweep = of_matrices(tangents, form, space, densities, coefficients) if often else None  # type: ignore[attr-defined]
     return form
-
-
-def _used(tangent: ufl.Form, ufcx_form: Any) -> list[dolfinx.fem.Function]:
-    """The coefficients that the compiled form still has, in its order."""
-    coefficients, used = tangent.coefficients(), ufcx_form.original_coefficient_positions
-    return [coefficients[used[i]] for i in range(ufcx_form.num_coefficients)]
 
 
 def _values_in_a_cell(coefficient: dolfinx.fem.Function) -> int:

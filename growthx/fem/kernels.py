@@ -19,7 +19,7 @@ import sysconfig
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import dolfinx
 import ffcx.naming
@@ -30,7 +30,7 @@ from growthx.common.errors import InputError
 from growthx.fem.compat import let_dolfinx_compile_on_steady_ones
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from mpi4py import MPI
 
@@ -49,6 +49,7 @@ FAST = (
     "-D__FAST_MATH__",
 )
 PLAIN = ("-O2", "-g0")  # for compilers that refuse these
+MATHEMATICS = ("m",)  # the C library's, its vectors included
 
 # What FFCx does on one rank, without a cache that other processes look into while it is filled.
 _compile = dolfinx.jit.ffcx_jit.__wrapped__
@@ -84,19 +85,64 @@ def library(comm: MPI.Comm, source: str, declarations: str, owner: str, *, libra
     """
     flags = _flags(comm)
     name = f"growthx_{_hash(source, declarations, owner, flags, *libraries)}"
-    headers = [f"{root}/include/suitesparse" for root in (sys.prefix, "/usr")] if libraries else []
+    folder = _keep(comm, name, lambda folder: _build(folder, name, source, declarations, flags, libraries))
+    return _loaded(name, folder)
+
+
+def derived(comm: MPI.Comm, weak_forms: Sequence[ufl.Form], recipe: Recipe) -> Any | None:
+    """The functions of C code that is made of FFCx's for some forms; None where none can be (collective).
+
+    A compiler that refuses it need not know vectors: that is no error, and is tried once.
+    """
+    flags = _flags(comm)
+    folders = [_options(comm, weak_form)["cache_dir"] for weak_form in weak_forms]
+    name = (
+        f"growthx_{_hash([folder.name for folder in folders], recipe.declarations, recipe.frame, flags, MATHEMATICS)}"
+    )
 
     def build(folder: Path) -> None:
-        import cffi
+        source = recipe.source([next(folder.glob("*.c")).read_text() for folder in folders])
+        if source is not None:
+            try:
+                _build(folder, name, source, recipe.declarations, flags, MATHEMATICS)
+            except Exception as error:
+                if not _is_refusal(error):
+                    raise
 
-        ffi = cffi.FFI()
-        ffi.cdef(declarations)
-        arguments = {"libraries": list(libraries), "include_dirs": headers} if libraries else {}
-        ffi.set_source(name, source, extra_compile_args=["-std=c17", *flags], **arguments)
-        ffi.compile(tmpdir=str(folder))
+    folder = _keep(comm, name, build)
+    return _loaded(name, folder) if any(folder.glob(f"{name}.*so")) else None
 
-    found = next(_keep(comm, name, build).glob(f"{name}.*so"))
-    spec = importlib.util.spec_from_file_location(name, found)
+
+class Recipe(Protocol):
+    """How C code is made of FFCx's."""
+
+    @property
+    def declarations(self) -> str:
+        """Of its functions, as cffi reads them."""
+
+    @property
+    def frame(self) -> str:
+        """What tells recipes apart."""
+
+    def source(self, codes: list[str]) -> str | None:
+        """C code made of FFCx's for each form; None where it is of a kind that is not known."""
+
+
+def _build(
+    folder: Path, name: str, source: str, declarations: str, flags: Sequence[str], libraries: Sequence[str] = ()
+) -> None:
+    import cffi
+
+    headers = [f"{root}/include/suitesparse" for root in (sys.prefix, "/usr")] if libraries else []
+    ffi = cffi.FFI()
+    ffi.cdef(declarations)
+    arguments = {"libraries": list(libraries), "include_dirs": headers} if libraries else {}
+    ffi.set_source(name, source, extra_compile_args=["-std=c17", *flags], **arguments)
+    ffi.compile(tmpdir=str(folder))
+
+
+def _loaded(name: str, folder: Path) -> Any:
+    spec = importlib.util.spec_from_file_location(name, next(folder.glob(f"{name}.*so")))
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -162,13 +208,18 @@ def _make(home: Path, name: str, build: Callable[[Path], Any]) -> Path:
             "may name another folder for them"
         ) from error
     except Exception as error:
-        if type(error).__name__ != "VerificationError":  # cffi's, which is not imported for this
+        if not _is_refusal(error):
             raise
         raise InputError(
             f"the C compiler '{shlex.join(_compiler())}' could not compile a weak form in {home} ({error}): one that "
             f"works, and room on the disk, would be right ({shutil.disk_usage(home).free >> 20} MB are free)"
         ) from error
     return place
+
+
+def _is_refusal(error: Exception) -> bool:
+    """Whether it is cffi's, which is not imported for this: the compiler has failed."""
+    return type(error).__name__ == "VerificationError"
 
 
 def _home() -> Path:

@@ -56,7 +56,7 @@ class EliminatedDensities:
         # Neither knows a density that is solved for: their tangents need no condensation.
         resting, boundary = momentum.of_what_rests(us, tests), momentum.on_boundaries(us, rho, tests)
         residuals = [total(growing[:1] + resting[:1]), *growing[1:], *resting[1:], *boundary]
-        self.residuals = [spaces.compile.form(form) for form in residuals]
+        self.residuals = [spaces.compile.residual(form) for form in residuals]
         self._beside = resting + boundary
         self.lumped: None = None
         self.conditions: list[dolfinx.fem.DirichletBC] = []
@@ -100,7 +100,9 @@ class EliminatedDensities:
         ]
         densities = spaces.density_space.dofmap.dof_layout.num_dofs
         target = self.unknowns.space if only is None else spaces.displacement_space
-        return spaces.compile.condensed_tangent(tangents, target, densities, spaces.growing_cells)
+        return spaces.compile.condensed_tangent(
+            tangents, target, densities, spaces.growing_cells, often=only is not None
+        )
 
     def _resting_tangent(self, case: int) -> list[dolfinx.fem.Form]:
         """Of one displacement alone where nothing grows, if that is anywhere; nothing is condensed there."""
@@ -114,7 +116,7 @@ class EliminatedDensities:
         form = self._momentum.inside(us, state.resting_density, tests, volume, rests=True)
         direction = self._direction({case: ufl.TrialFunction(alone)})
         tangent = self._momentum.deformation.derivative(form, self.unknowns.function, direction)
-        return [spaces.compile.condensed_tangent([tangent], space, 0, spaces.resting_cells)]
+        return [spaces.compile.condensed_tangent([tangent], space, 0, spaces.resting_cells, often=True)]
 
     def _direction(self, trials: dict[int, Any]) -> Any:
         """Of all displacements in UFL, zero but for those of some load cases."""

@@ -45,24 +45,24 @@ class LocalDensities:
         """Compile the elastic energies that drive the densities: their means, or each if the source is not linear."""
         spaces, self._weights = self._spaces, None
         if isinstance(spaces.variant.density, AtPoints) or spaces.scene.growth.is_linear:
-            self._energy = self._share_form(energy, spaces.density_space)
+            self._energy = spaces.compile.residual(self._share_form(energy, spaces.density_space))
             self._energy_dofs, self._energy_shares = spaces.growing, self._shares[spaces.growing]
             return
         mesh, degree = spaces.scene.mesh, spaces.variant.mass_degree
         points = dolfinx.fem.functionspace(mesh.domain, basix.ufl.quadrature_element(mesh.cell_name, degree=degree))
-        self._energy = self._share_form(energy, points)
+        self._energy = spaces.compile.residual(self._share_form(energy, points))
         cells = spaces.growing_cells[np.argsort(spaces.density_space.dofmap.list[spaces.growing_cells, 0])]
         self._energy_dofs = points.dofmap.list[cells]
-        self._energy_shares = assemble(self._share_form(1.0, points))[self._energy_dofs]
+        self._energy_shares = assemble(spaces.compile.form(self._share_form(1.0, points)))[self._energy_dofs]
         self._weights = self._energy_shares / self._energy_shares.sum(axis=1, keepdims=True)
 
-    def _share_form(self, quantity: Any, space: dolfinx.fem.FunctionSpace) -> dolfinx.fem.Form:
+    def _share_form(self, quantity: Any, space: dolfinx.fem.FunctionSpace) -> ufl.Form:
         """∫ · dV of a quantity per volume over the part of a cell that belongs to each entry of a local space."""
         volume = with_mass_points(self._spaces, self._spaces.growing_volume)
-        return self._spaces.compile.form(quantity * ufl.TestFunction(space) * volume)
+        return quantity * ufl.TestFunction(space) * volume
 
     def _share(self, quantity: Any) -> Floats:
-        return assemble(self._share_form(quantity, self._spaces.density_space))
+        return assemble(self._spaces.compile.form(self._share_form(quantity, self._spaces.density_space)))
 
     def _average(self, coefficient: Any) -> Floats:
         """Mean of a coefficient over the part of a cell that belongs to each density, shape (growing densities,)."""

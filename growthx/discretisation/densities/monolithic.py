@@ -57,7 +57,7 @@ class NodalDensities:
         self._mass = Mass(spaces, state, unknowns, energy, growth, material)
         self._gains = [spaces.compile.form(form) for form in self._mass.gains(unknowns.test_density)]
         forms = self._forms()
-        self._residuals = [spaces.compile.form(form) for form in forms]
+        self._residuals = [spaces.compile.residual(form) for form in forms]
         derivative = momentum.deformation.derivative
         self._tangents = [spaces.compile.form(derivative(form, unknowns.function)) for form in forms]
         self.coupling = self._tangents[0]
