@@ -185,9 +185,9 @@ def march(
     tolerance, full_newton: of Newton's method, see `solvers.settings.NewtonSettings`.
     stepping: the way through time; default: the program's fixed steps by implicit Euler.
     Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length, or of what the
-    error of density asks for, or when failures keep coming; the problem then holds the last good state.  Raises
-    InputError for a scheme that cannot integrate the scene, for a problem of another scene or variant, and for
-    arguments that are none.
+    error of density asks for, or when failures keep coming or leave the run hardly any way between them; the problem
+    then holds the last good state.  Raises InputError for a scheme that cannot integrate the scene, for a problem of
+    another scene or variant, and for arguments that are none.
 
     Example:
         >>> for step in gx.march(gx.scenes.plate(2, step=1.25), gx.Q1P0):
