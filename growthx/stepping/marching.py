@@ -13,7 +13,7 @@ from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run
 from growthx.stepping.control import FixedSteps, Stepping
-from growthx.stepping.failure import take_back
+from growthx.stepping.failure import Corners, take_back
 from growthx.stepping.integration import Integrator, SolvedStep
 from growthx.stepping.record import Step
 from growthx.stepping.time_schemes import IMPLICIT_EULER
@@ -44,7 +44,7 @@ class March(Iterator[Step]):
         self._control = stepping.control(problem.scene.timetable)
         self._targets, self._target, self._ended = iter(self._control.targets()), 0.0, False
         self._make_solvers()
-        self._witness = Witness(problem, self._settings.tolerance)
+        self._witness, self._corners = Witness(problem, self._settings.tolerance), Corners(problem)
 
     def __next__(self) -> Step:
         try:
@@ -130,6 +130,9 @@ class March(Iterator[Step]):
                 loses |= self._integrator.positivity.is_lost()
                 why = take_back(problem, found.newton)
                 stagnated += found.newton.stagnated
+                control.failed(end - time)
+            elif why := self._corners.crushed():
+                problem.system.reject_step()
                 control.failed(end - time)
             elif not control.accepts(end - time, found.error):
                 why = f"the estimated error of density is {found.error:.2g}"

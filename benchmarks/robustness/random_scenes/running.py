@@ -34,6 +34,7 @@ EARLY_KINDS = {
     "no positive density balances": "no positive density",
     "between the nodes of the cell": "no positive density between nodes",
     "det F ≤ 0": "det F ≤ 0",
+    "where no force resists": "a corner is crushed",
     "is not stable": "the balance is not stable",
     "no solution was found that continues": "no solution that continues the last state",
     "stagnates": "the residual stagnates",
