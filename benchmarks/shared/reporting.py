@@ -69,16 +69,21 @@ def write_rows(path: Path, rows: Sequence[Any]) -> None:
 
 
 def read_rows(path: Path, kind: type[Row]) -> list[Row]:
-    """The rows of a CSV file that has a column for each field of a dataclass of numbers and texts; none without a file.
+    """The rows of a CSV file, see `rows_of`; none without a file."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return rows_of(file, kind)
+
+
+def rows_of(lines: Iterable[str], kind: type[Row]) -> list[Row]:
+    """The rows of CSV that has a column for each field of a dataclass of numbers and texts.
 
     The dataclass is of a module whose annotations are text (`from __future__ import annotations`).
     """
-    if not path.exists():
-        return []
     types = {"int": int, "float": float, "str": str}
     read = {field.name: types[field.type] for field in fields(kind)}
-    with path.open(newline="", encoding="utf-8") as file:
-        return [kind(**{name: value(row[name]) for name, value in read.items()}) for row in csv.DictReader(file)]
+    return [kind(**{name: value(row[name]) for name, value in read.items()}) for row in csv.DictReader(lines)]
 
 
 @contextmanager

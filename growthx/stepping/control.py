@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SMALLEST_CUT = 2.0**-12  # of the nominal step: below it the run ends
 MOST_FAILURES = 60  # more than half the steps that were solved: a run that creeps on comes to nothing
+CREEPING = 0.01  # of the nominal step, from one failure to the next: slower runs come to nothing, either
+FADING = 0.2  # share of the last failure in that mean: from whole steps to none it falls below in twenty-one
 SAFETY = 0.9  # of the step whose estimated error would be the tolerance
 WIDEST, NARROWEST = 5.0, 0.2  # change from one step to the next
 FAILED = 0.25  # of a step that could not be solved
@@ -34,6 +36,7 @@ class StepControl(ABC):
     def __init__(self, program: Program) -> None:
         self._program = program
         self._failures = 0.0  # less half the steps that were solved since
+        self._pace, self._gained = 1.0, 0.0  # nominal steps between two failures: their fading mean, and since the last
 
     @abstractmethod
     def targets(self) -> Floats:
@@ -46,7 +49,7 @@ class StepControl(ABC):
     @property
     def hopeless(self) -> bool:
         """Whether steps have become so short, or have failed so often, that the run must end."""
-        return self.too_short or self._failures > MOST_FAILURES
+        return self.too_short or self._failures > MOST_FAILURES or self._pace < CREEPING
 
     @property
     @abstractmethod
@@ -57,6 +60,8 @@ class StepControl(ABC):
     def failed(self, time_step: float) -> None:
         """A step could not be solved: the next one is shorter."""
         self._failures += 1
+        self._pace += FADING * (min(self._gained, 1.0) - self._pace)
+        self._gained = 0.0
 
     @abstractmethod
     def accepts(self, time_step: float, error: float) -> bool:
@@ -66,19 +71,25 @@ class StepControl(ABC):
         """A step was solved: former failures count for less."""
         self._failures = max(0.0, self._failures - 0.5)
 
+    def gained(self, share: float) -> None:
+        """The run has come on by so much of a nominal step."""
+        self._gained += share
+
     def begin_anew(self) -> None:
         """Forget all failures: what is to come is solved in another way."""
-        self._failures = 0.0
+        self._failures, self._pace, self._gained = 0.0, 1.0, 0.0
 
     @abstractmethod
     def memory(self) -> Memory:
         """What it has learnt of the steps so far."""
-        return Memory({"failures": self._failures})
+        return Memory({"failures": self._failures, "pace": self._pace, "gained": self._gained})
 
     @abstractmethod
     def recall(self, memory: Memory) -> None:
         """Know that again."""
         self._failures = memory.numbers["failures"]
+        # In checkpoints of before there are none.
+        self._pace, self._gained = memory.numbers.get("pace", 1.0), memory.numbers.get("gained", 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,6 +200,7 @@ class Halving(StepControl):
     def accepts(self, time_step: float, error: float) -> bool:
         """Every solved step is good enough."""
         self.solved()
+        self.gained(self.cut)
         self.cut = min(1.0, 2 * self.cut)
         return True
 
@@ -228,6 +240,7 @@ class _FromError(StepControl):
         self._longest = stepping.longest
         self._step = min(program.step, self._longest)
         self._wanted = self._step  # what the error alone would have, up to the nominal step
+        self._has_failed = False  # the last step
 
     def targets(self) -> Floats:
         return self._program.landmarks()
@@ -247,29 +260,38 @@ class _FromError(StepControl):
 
     def begin_anew(self) -> None:
         super().begin_anew()
-        self._step = min(self._program.step, self._longest)
+        self._step, self._has_failed = min(self._program.step, self._longest), False
 
     def failed(self, time_step: float) -> None:
         super().failed(time_step)
-        self._step = FAILED * time_step
+        self._step, self._has_failed = FAILED * time_step, True
 
     def accepts(self, time_step: float, error: float) -> bool:
         self.solved()
         accepted = error <= self._tolerance  # not so where it is not a number
-        change = SAFETY * (self._tolerance / error) ** (1 / self._order) if error > 0 else WIDEST
-        following = time_step * (min(max(change, NARROWEST), WIDEST) if math.isfinite(error) else NARROWEST)
-        if accepted:  # a step that a target cut short says nothing against the longer one that was meant
-            following = max(following, self._step if time_step < self._step else 0.0)
-        self._step = min(following, self._longest)
-        self._wanted = min(self._step, self._program.step)
+        change = SAFETY * (self._tolerance / error) ** (1 / self._order) if error > 0 else math.inf
+        if not math.isfinite(error):
+            change = NARROWEST
+        # What could not be solved is not tried again at once (Hairer, Nørsett & Wanner, section II.4).
+        widest = 1.0 if self._has_failed else WIDEST
+        following = time_step * min(max(change, NARROWEST), widest)
+        if accepted:
+            self.gained(time_step / self._wanted)
+            if time_step < self._step:  # a target cut it short: that says nothing against the longer one that was meant
+                following = max(following, self._step)
+        self._step, self._has_failed = min(following, self._longest), False
+        # Also of a step that is short since longer ones could not be solved the error tells how long it might be.
+        self._wanted = min(time_step * max(change, NARROWEST), self._longest, self._program.step)
         return accepted
 
     def memory(self) -> Memory:
         memory = super().memory()
         memory.numbers["step"], memory.numbers["wanted"] = self._step, self._wanted
+        memory.numbers["has_failed"] = self._has_failed
         return memory
 
     def recall(self, memory: Memory) -> None:
         super().recall(memory)
         self._step = memory.numbers["step"]
         self._wanted = memory.numbers.get("wanted", self._program.step)  # in checkpoints of before there is none
+        self._has_failed = bool(memory.numbers.get("has_failed", False))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import dolfinx
 import ufl
@@ -12,9 +12,11 @@ from growthx.constitutive.kinematics import Plane, displacement_gradient, volume
 from growthx.fem.places import Exceptions, first_place
 
 if TYPE_CHECKING:
+    from growthx.discretisation.densities.lumped_nodes import LumpedNodes
     from growthx.discretisation.discretisation import Discretisation
     from growthx.solvers.report import NewtonReport
 
+CRUSHED = 1e-8  # det F at a corner: half of the digits of F⁻ᵀ are gone, and what the energy is there, with them
 VANISHED = 1e-9  # share of the old density: a line search that halves its way towards zero never gets there
 
 
@@ -37,8 +39,8 @@ def _turned_over(problem: Discretisation) -> str:
     u = dolfinx.fem.Function(problem.displacement_space)
     stays = ufl.gt(volume_change(displacement_gradient(u)), -1)
     points = [(stays, spaces.whole_volume)]
-    if lumped is not None:  # there the source asks for the energy at the nodes
-        points += [(ufl.Or(stays, ufl.Not(here)), nodes) for here, nodes in lumped.places()]
+    if lumped is not None:
+        points += _at_nodes(stays, lumped)
     looked_at = [Exceptions(condition, volume, u.function_space, problem.compile) for condition, volume in points]
     for case, displacement in zip(spaces.cases, problem.system.unknowns.displacement_arrays(), strict=True):
         u.x.array[:] = displacement
@@ -60,6 +62,41 @@ def _without_thickness(problem: Discretisation) -> str:
             of_case = f" in the load case '{case.name}'" if case.name else ""
             return f"at no thickness σ₃₃ = 0 in the cell at {where}{of_case}"
     return ""
+
+
+def _at_nodes(holds: Any, lumped: LumpedNodes) -> list[tuple[Any, ufl.Measure]]:
+    """A condition where the source asks for the energy at the nodes."""
+    return [(holds if here is None else ufl.Or(holds, ufl.Not(here)), nodes) for here, nodes in lumped.places()]
+
+
+class Corners:
+    """Looks for corners that are crushed in a balance which nothing else speaks against.
+
+    Where the source is lumped it asks for energies at the nodes, but forces are summed at other points: they do not
+    keep a corner from folding over, and ln J, which is not defined then, stops it wherever round-off says J > 0.
+    """
+
+    def __init__(self, problem: Discretisation) -> None:
+        self._problem, self._u = problem, dolfinx.fem.Function(problem.displacement_space)
+        self._looked_at: list[Exceptions] = []
+
+    def crushed(self) -> str:
+        """Where J is less than `CRUSHED` in the running iterate, as a part of a sentence, or empty (collective)."""
+        problem, lumped = self._problem, self._problem.system.densities.lumped
+        if lumped is None or problem.scene.material.small_strain or not lumped.places():
+            return ""
+        if not self._looked_at:  # compiled once
+            is_left = ufl.gt(volume_change(displacement_gradient(self._u)), CRUSHED - 1)
+            self._looked_at = [
+                Exceptions(condition, nodes, self._u.function_space, problem.compile)
+                for condition, nodes in _at_nodes(is_left, lumped)
+            ]
+        for displacement in problem.system.unknowns.displacement_arrays():
+            self._u.x.array[:] = displacement
+            for exceptions in self._looked_at:
+                if where := exceptions.first():
+                    return f"det F is less than {CRUSHED:g} at a corner of the cell at {where}, where no force resists"
+        return ""
 
 
 def _without_density(problem: Discretisation) -> str:

@@ -59,6 +59,7 @@ class Integrator:
         self._start: tuple[Floats, float] | None = None  # slope and mass rate at the start of the step
         self._parts = MOST  # in which a step may be solved: the fewer, the more often that has failed
         self._stuck_at: float | None = None  # start of the last step to which no parts led
+        self._eased: tuple[float, Floats] | None = None  # start of the last one to which they did, and its solution
         self.positivity = Positivity(problem)
         self._end: tuple[Floats, float] | None = None  # the same at the end of the step that is not accepted yet
         self._found: list[tuple[float, Floats]] = []  # unknowns at the stages of the step that is not accepted yet
@@ -137,8 +138,10 @@ class Integrator:
             system.begin_step(share * length, amplitude - (1 - load) * rise, time, base, Way(before, load))
 
         reports: list[NewtonReport] = []
-        foretold = self._prediction.at(time) if self._predict else None
-        for guess in (start,) if foretold is None else (foretold, start):
+        first = self._prediction.at(time) if self._predict else None
+        if self._eased is not None and self._eased[0] == before:  # tried once more, since it erred too much
+            first = self._eased[1]
+        for guess in (start,) if first is None else (first, start):
             if reports:
                 system.reject_step()
             system.start_from(guess)
@@ -160,7 +163,7 @@ class Integrator:
         # To a body with inertia no step is an instant; and where a way led nowhere, a shorter step has none either.
         if problem.scene.inertia is None and self._stuck_at != before:
             if continuation.solve(self._parts):
-                self._parts = MOST
+                self._parts, self._eased = MOST, (before, system.unknown.x.array.copy())
                 return _together([*reports, direct.report, *continuation.reports])
             self._parts, self._stuck_at = max(self._parts // 2, FEWEST), before
         # A start that is not admissible tells little; a solution in doubt is the best there is.

@@ -13,7 +13,7 @@ from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run
 from growthx.stepping.control import FixedSteps, Stepping
-from growthx.stepping.failure import take_back
+from growthx.stepping.failure import Corners, take_back
 from growthx.stepping.integration import Integrator, SolvedStep
 from growthx.stepping.record import Step
 from growthx.stepping.time_schemes import IMPLICIT_EULER
@@ -44,7 +44,7 @@ class March(Iterator[Step]):
         self._control = stepping.control(problem.scene.timetable)
         self._targets, self._target, self._ended = iter(self._control.targets()), 0.0, False
         self._make_solvers()
-        self._witness = Witness(problem, self._settings.tolerance)
+        self._witness, self._corners = Witness(problem, self._settings.tolerance), Corners(problem)
 
     def __next__(self) -> Step:
         try:
@@ -131,6 +131,9 @@ class March(Iterator[Step]):
                 why = take_back(problem, found.newton)
                 stagnated += found.newton.stagnated
                 control.failed(end - time)
+            elif why := self._corners.crushed():
+                problem.system.reject_step()
+                control.failed(end - time)
             elif not control.accepts(end - time, found.error):
                 why = f"the estimated error of density is {found.error:.2g}"
                 problem.system.reject_step()
@@ -186,9 +189,9 @@ def march(
     tolerance, full_newton: of Newton's method, see `solvers.settings.NewtonSettings`.
     stepping: the way through time; default: the program's fixed steps by implicit Euler.
     Raises EndedEarly when a step fails even after the time step was cut to 2⁻¹² of its nominal length, or of what the
-    error of density asks for, or when failures keep coming; the problem then holds the last good state.  Raises
-    InputError for a scheme that cannot integrate the scene, for a problem of another scene or variant, and for
-    arguments that are none.
+    error of density asks for, or when failures keep coming or leave the run hardly any way between them; the problem
+    then holds the last good state.  Raises InputError for a scheme that cannot integrate the scene, for a problem of
+    another scene or variant, and for arguments that are none.
 
     Example:
         >>> for step in gx.march(gx.scenes.plate(2, step=1.25), gx.Q1P0):

@@ -180,6 +180,24 @@ def test_fewer_parts_are_tried_the_more_often_they_fail(monkeypatch):
     assert sum(allowed) < 200
 
 
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1], ids=lambda variant: variant.name)
+def test_what_was_reached_by_parts_is_gone_on_from(variant, monkeypatch):
+    """A step from error whose load is there at once is tried again and again, ever shorter: one way there is enough."""
+    ways, solve = [], continuation.Continuation.solve
+
+    def count(self, most):
+        ways.append(most)
+        return solve(self, most)
+
+    monkeypatch.setattr(continuation.Continuation, "solve", count)
+    program = gx.Program(step=1.0, until=1.0, ramp=0.0)
+    loads = (gx.Traction("right", (-1.0, 0.2)),)
+    scene = block(square(2, shape=variant.cells[0]), loads=loads, program=program)
+    first = next(gx.march(scene, variant, stepping=gx.AdaptiveSteps(1e-4)))
+    assert first.rejected > 1
+    assert len(ways) == 1
+
+
 @pytest.mark.parametrize("variant", [gx.Q1Q1, gx.P2P2], ids=lambda variant: variant.name)
 def test_newton_steps_leave_nodal_densities_positive(variant):
     """The largest share that does is found at once, not by halves, and is the same on all ranks."""

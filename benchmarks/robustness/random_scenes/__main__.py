@@ -4,11 +4,13 @@
 
 Bodies of a few cells with slivers, contrasts of stiffness and density over orders of magnitude, loads over six decades,
 exponents, set points, dead zones, bounds, load cases, flux, and all discretisations.  Each solution is checked by an
-assembly of its own in NumPy.  Rows are appended to scenes.csv in FOLDER, and numbers that are there are not run again;
-each worker is a process of its own, and a scene that crashes it, or takes longer than --limit seconds, is counted.
---only NUMBER runs one scene here and tells all of it; --again runs those that have failed once more.
+assembly of its own in NumPy.  Rows are appended to scenes.csv in FOLDER and added at the end to those that are kept
+with the page, in random_scenes of its folder; numbers that are in either are not run again.  Each worker is a process
+of its own, and a scene that crashes it, or takes longer than --limit seconds, is counted.
+--only NUMBER runs one scene here and tells all of it; --again runs those that have failed once more, --these NUMBERS
+some of any outcome; --add runs none, and adds what is in FOLDER, also of a run that still goes on.
 
-Leaves random_scenes.md and random_scenes*.csv in benchmarks/results, from all that is in the folder.
+Leaves random_scenes.md, random_scenes*.csv and random_scenes/*.csv.xz in benchmarks/results, from all rows kept there.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import growthx as gx
-from benchmarks.robustness.random_scenes import page, running, scenes, storing, working
+from benchmarks.robustness.random_scenes import kept, page, running, scenes, storing, working
 from benchmarks.shared import command
 from benchmarks.shared.reporting import progress
 
@@ -35,6 +37,8 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--limit", type=float, default=300.0, help="seconds for one scene (%(default)g)")
     found.add_argument("--only", type=int, help="one scene, here, with all that is known of it")
     found.add_argument("--again", action="store_true", help="run what has failed once more")
+    found.add_argument("--these", type=int, nargs="+", default=[], metavar="NUMBER", help="run these once more")
+    found.add_argument("--add", action="store_true", help="run nothing: keep the rows of FOLDER, write the page")
     command.add_out(found)
     return found
 
@@ -50,6 +54,22 @@ def tell(seed: int) -> None:
         print(f"  {name}: {value}")
 
 
+def run(options: argparse.Namespace) -> None:
+    """Run what is missing."""
+    done = {row.seed: row.outcome for row in [*kept.read(options.out), *storing.read(options.folder)]}
+    seeds = [seed for seed in range(options.first, options.first + options.count) if seed not in done]
+    if options.again:
+        seeds = [seed for seed, outcome in done.items() if outcome in running.FAILURES] + seeds
+    seeds = options.these or seeds
+    rows, counter = storing.Appending(options.folder), Counter[str]()
+    with progress("Random scenes", len(seeds)) as begin:
+        for row in working.rows(seeds, options.workers, options.limit, options.folder / "said.log"):
+            rows.add(row)
+            counter[row.outcome] += 1
+            begin(", ".join(f"{count} {outcome}" for outcome, count in counter.most_common()))
+    rows.close()
+
+
 def main() -> None:
     """Run what is missing, and write the page."""
     options = parser().parse_args()
@@ -58,19 +78,10 @@ def main() -> None:
     if options.only is not None:
         tell(options.only)
         return
-    done = {row.seed: row.outcome for row in storing.read(options.folder)}
-    seeds = [seed for seed in range(options.first, options.first + options.count) if seed not in done]
-    if options.again:
-        seeds = [seed for seed, outcome in done.items() if outcome in running.FAILURES] + seeds
-    kept, counter = storing.Appending(options.folder), Counter[str]()
-    with progress("Random scenes", len(seeds)) as begin:
-        for row in working.rows(seeds, options.workers, options.limit, options.folder / "said.log"):
-            kept.add(row)
-            counter[row.outcome] += 1
-            begin(", ".join(f"{count} {outcome}" for outcome, count in counter.most_common()))
-    kept.close()
-    options.out.mkdir(parents=True, exist_ok=True)
-    storing.summarise(storing.read(options.folder), options.out)
+    if not options.add:
+        run(options)
+    kept.add(options.out, storing.read(options.folder))
+    storing.summarise(kept.read(options.out), options.out)
     command.write_page(options.out, "random_scenes", page.page(options.out))
 
 

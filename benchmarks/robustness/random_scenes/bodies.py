@@ -63,10 +63,10 @@ class Body:
         return np.array([known[tuple(sorted(cell))] for cell in nodes.tolist()])
 
 
-def random_body(rng: np.random.Generator, shape: str) -> Body:
-    """A body of 2 to 60 cells whose poorest one has a quality between 1e-5 and 1."""
+def random_body(rng: np.random.Generator, shape: str, most: int = MOST) -> Body:
+    """A body of 2 to `most` cells, no fewer than 12, whose poorest one has a quality between 1e-5 and 1."""
     dim = reference.DIMENSION[shape]
-    counts = _counts(rng, shape)
+    counts = _counts(rng, shape, most)
     box = rng.permutation(10 ** rng.uniform(-1.0, 0.0, dim)) * 10 ** rng.uniform(-3, 3)
     points = np.array(list(product(*[_graded(rng, count) for count in counts[::-1]])))[:, ::-1] * box
     grid = np.array(list(product(*[range(count + 1) for count in counts[::-1]])))[:, ::-1]
@@ -82,11 +82,11 @@ def random_body(rng: np.random.Generator, shape: str) -> Body:
     return _renumbered(rng, shape, points, cells, sides)
 
 
-def _counts(rng: np.random.Generator, shape: str) -> Indices:
+def _counts(rng: np.random.Generator, shape: str, most: int) -> Indices:
     dim, split = reference.DIMENSION[shape], {"triangle": 2, "tetrahedron": 6}.get(shape, 1)
     while True:
         counts = rng.integers(1, 7 if dim == 2 else 4, dim)
-        if 2 <= counts.prod() * split <= MOST:
+        if 2 <= counts.prod() * split <= most:
             return counts
 
 

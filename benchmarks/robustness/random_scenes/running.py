@@ -15,6 +15,7 @@ import growthx as gx
 from benchmarks.robustness.random_scenes import check, scenes
 from benchmarks.robustness.random_scenes.assembly import State
 from benchmarks.robustness.random_scenes.model import Model
+from benchmarks.robustness.random_scenes.program import program
 from growthx.solvers.settings import NewtonSettings
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ EARLY_KINDS = {
     "no positive density balances": "no positive density",
     "between the nodes of the cell": "no positive density between nodes",
     "det F ≤ 0": "det F ≤ 0",
+    "where no force resists": "a corner is crushed",
     "is not stable": "the balance is not stable",
     "no solution was found that continues": "no solution that continues the last state",
     "stagnates": "the residual stagnates",
@@ -50,11 +52,13 @@ EARLY_KINDS = {
 class Row:
     """What came of one scene.
 
+    program: that ran it.  seconds: of the processor, without those of the C compiler; where it hung, of the clock.
     outcome: one of the words above; kind: of refusals, early ends and failures; sentence: as it was said.
     strain: nominal, of the loads.  quality: of the poorest cell.  momentum, balance, mass: see `check.Verdict`.
     """
 
     seed: int
+    program: str
     recipe: str
     shape: str
     variant: str
@@ -144,7 +148,7 @@ class _Log(logging.Handler):
 
 def run(seed: int) -> Row:
     """The row of a number; no exception leaves it."""
-    start, log, logger = time.perf_counter(), _Log(), logging.getLogger("growthx")
+    start, log, logger = time.process_time(), _Log(), logging.getLogger("growthx")
     logger.addHandler(log)
     found: dict[str, Any] = {"outcome": TRACEBACK, "kind": "", "sentence": ""}
     each: Trial | None = None
@@ -159,7 +163,7 @@ def run(seed: int) -> Row:
         found = {"outcome": TRACEBACK, "kind": kind, "sentence": " ".join(str(error).split())}
     finally:
         logger.removeHandler(log)
-    return row(seed, each, time.perf_counter() - start, **found)
+    return row(seed, each, time.process_time() - start, **found)
 
 
 def row(seed: int, each: Trial | None, seconds: float, **found: Any) -> Row:
@@ -176,7 +180,7 @@ def row(seed: int, each: Trial | None, seconds: float, **found: Any) -> Row:
             "quality": each.body.quality,
         }
     nothing = {"sentence": "", "steps": 0, "rejected": 0, "iterations": 0, "momentum": 0.0, "balance": 0.0, "mass": 0.0}
-    return Row(**{"seed": seed, **told, **nothing, **found, "seconds": seconds})
+    return Row(**{"seed": seed, "program": program(), **told, **nothing, **found, "seconds": seconds})
 
 
 def _outcome(each: Trial, log: _Log) -> dict[str, Any]:

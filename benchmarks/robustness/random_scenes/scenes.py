@@ -13,7 +13,7 @@ import numpy as np
 
 import growthx as gx
 from benchmarks.robustness.random_scenes import reference
-from benchmarks.robustness.random_scenes.bodies import Body, random_body
+from benchmarks.robustness.random_scenes.bodies import MOST, Body, random_body
 from growthx.discretisation.variants import Nodal
 from growthx.stepping.time_schemes import SDIRK2
 
@@ -37,6 +37,7 @@ RECIPES = {
     "transport": 0.1,
     "inertia": 0.02,
 }
+MOST_IN_SPACE, MOST_COSTLY = 30, 12  # cells in space, and of quadratic displacements there: most time is theirs
 LUMPED = 0.25  # of node-based variants whose densities can be
 FEW = ("uniform", "fields", "transport")  # what is lumped, and what quadratic displacements in space are about
 DEAD_ZONE, INFLUX = 0.25, 0.1  # literals of the compiled forms: units of energy and of mass are such that they fit
@@ -83,13 +84,14 @@ def trial(seed: int) -> Trial:
     variants = gx.variants.suited(shape)
     variant = variants[rng.integers(len(variants))]
     nodal = not variant.density.local
-    costly = shape in ("hexahedron", "tetrahedron") and variant.displacement.degree == 2
+    in_space = reference.DIMENSION[shape] == 3
+    costly = in_space and variant.displacement.degree == 2
     names = [name for name in (FEW if costly else RECIPES) if nodal or name != "transport"]
     shares = np.array([RECIPES[name] for name in names])
     recipe = str(rng.choice(names, p=shares / shares.sum()))
     if variant.density == Nodal(1) and recipe in FEW and not costly and rng.random() < LUMPED:
         variant = variant.lumped(source=bool(rng.random() < 0.5))
-    body = random_body(rng, shape)
+    body = random_body(rng, shape, MOST_COSTLY if costly else MOST_IN_SPACE if in_space else MOST)
     return Draw(rng, recipe, body, variant).trial(seed)
 
 

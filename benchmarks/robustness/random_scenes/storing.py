@@ -60,6 +60,7 @@ def _decade(value: float) -> str:
 
 WAYS: dict[str, Callable[[Row], str]] = {
     "all": lambda row: "all",
+    "program": lambda row: row.program,
     "dimension": lambda row: "space" if row.shape in ("hexahedron", "tetrahedron") else "plane",
     "shape": lambda row: row.shape,
     "variant": lambda row: f"{row.variant}, {row.shape}",

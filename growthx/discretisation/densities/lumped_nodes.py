@@ -89,7 +89,9 @@ class LumpedNodes:
         return self._spaces.comm.allreduce(-sum(float(assemble(form)[here].sum()) for form in self.residuals))
 
     def places(self) -> list[tuple[Any, ufl.Measure]]:
-        """Where lumping asks for densities and energies at the nodes: a condition in UFL, and the measure's points."""
+        """Where the source asks for energies at the nodes: a condition in UFL, None for all, and the measure."""
+        if self._spaces.variant.source_at_corners:
+            return [(None, self._mass.nodes)]
         if not self.cells or self._where is None:
             return []
         return [(ufl.gt(self._where, 0.5), self._mass.nodes)]
