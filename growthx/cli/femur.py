@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from growthx.cli.command import CELLS, SceneCommand, add_exponents, add_option, add_trust
@@ -16,22 +16,61 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
-LOADS = (
-    "how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or stimulus (a "
-    "displacement for each, growth by the mean of the energies)"
+@dataclass(frozen=True)
+class BoneOptions:
+    """What the options that femora in the plane and in space have in common say in each.
+
+    size: whose cells are taken.  mesh, zones: what they must have.  loads: ways to combine them; taken: one of these.
+    weights: of what, and which are taken.  until: end time.  step: Δt.  ramp: over what the load rises.
+    """
+
+    size: str
+    mesh: str
+    zones: str
+    loads: str
+    taken: str
+    weights: str
+    until: float
+    step: float
+    ramp: str
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Put them into a parser."""
+        parser.add_argument("--size", type=float, metavar="MM", help=f"cell size in mm (that of {self.size})")
+        parser.add_argument("--mesh", metavar="FILE", help=f"own mesh{self.mesh}")
+        add_trust(parser)
+        parser.add_argument("--zones", metavar="FILE", help=f"CSV file with the columns zone, {self.zones}")
+        add_option(parser, "--loads", self.taken, str, self.loads)
+        parser.add_argument("--weights", type=float, nargs=3, metavar="W", help=f"weights of {self.weights}")
+        add_option(parser, "--until", self.until, float, "end time")
+        add_option(parser, "--dt", self.step, float, f"time step; the load ramps over {self.ramp}")
+        add_exponents(parser)
+
+    @staticmethod
+    def read(options: argparse.Namespace) -> dict[str, Any]:
+        """What a scene is told of them."""
+        alike = {name: getattr(options, name) for name in ("size", "zones", "until", "n", "m")}
+        return {**alike, "trusted": options.trust, "step": options.dt}
+
+
+IN_PLANE = BoneOptions(
+    size="the paper's 658 cells",
+    mesh=", of any format that growthx reads, of a left or right femur in mm, y proximal, with a boundary 'distal', "
+    "and 'surface', or 'head' and 'trochanter', or all",
+    zones="x_mm, y_mm: corners of polygons whose mean densities are told (on the built-in outline its anatomical "
+    "zones)",
+    loads="how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or "
+    "stimulus (a displacement for each, growth by the mean of the energies)",
+    taken="average",
+    weights="midstance of gait, extreme abduction and extreme adduction (those of --loads)",
+    until=160.0,
+    step=4.0,
+    ramp="five of them",
 )
 
 
 def _femur_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cells", metavar="CELLS", help=f"{CELLS} (quadrilateral, or what --mesh has)")
-    parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of the paper's 658 cells)")
-    parser.add_argument(
-        "--mesh",
-        metavar="FILE",
-        help="own mesh, of any format that growthx reads, of a left or right femur in mm, y proximal, with a boundary "
-        "'distal', and 'surface', or 'head' and 'trochanter', or all",
-    )
-    add_trust(parser)
     parser.add_argument(
         "--head",
         type=float,
@@ -48,25 +87,9 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --mesh, ends of the abductors' insertion on 'surface' (the boundary 'trochanter', or the lateral "
         "side of the greater trochanter, as found)",
     )
-    parser.add_argument(
-        "--zones",
-        metavar="FILE",
-        help="CSV file with the columns zone, x_mm, y_mm: corners of polygons whose mean densities are told (on the "
-        "built-in outline its anatomical zones)",
-    )
     add_option(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
-    add_option(parser, "--loads", "average", str, LOADS)
-    parser.add_argument(
-        "--weights",
-        type=float,
-        nargs=3,
-        metavar="W",
-        help="weights of midstance of gait, extreme abduction and extreme adduction (those of --loads)",
-    )
     add_option(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
-    add_option(parser, "--until", 160.0, float, "end time")
-    add_option(parser, "--dt", 4.0, float, "time step; the load ramps over five of them")
-    add_exponents(parser)
+    IN_PLANE.add(parser)
 
 
 def _femur(options: argparse.Namespace) -> Scene:
@@ -79,20 +102,14 @@ def _femur(options: argparse.Namespace) -> Scene:
     loads, ends = combination(options.loads), options.trochanter
     return femur(
         options.mesh,
-        trusted=options.trust,
         head=options.head and tuple(options.head),
         trochanter=ends and (tuple(ends[:2]), tuple(ends[2:])),
-        zones=options.zones,
         cells=options.cells or "quadrilateral",
-        size=options.size,
         refine=options.refine,
         thickness=options.thickness,
         weights=tuple(options.weights or loads.weights),
         separate=loads.separate,
-        n=options.n,
-        m=options.m,
-        step=options.dt,
-        until=options.until,
+        **IN_PLANE.read(options),
     )
 
 
