@@ -46,4 +46,13 @@ def _show_bar(result: Result, readings: Mapping[str, Any]) -> None:
     report.numbers(result, "bar", values, "", digits=6)  # as many as the paper prints
 
 
-BAR = SceneCommand("bar", "the paper's bar in tension", _bar_arguments, _bar, _read_bar, _show_bar)
+def _plot_bar(result: Result, path: str, relative: bool) -> None:
+    """The density along the lower edge, where the paper reads it."""
+    from growthx.post import plots
+    from growthx.scenes.bar import PROBLEMS, lower_edge
+
+    (problem,) = (each for each in PROBLEMS.values() if result.scene.name == f"bar, {each.name}")
+    plots.along_length({result.variant.name: result.problem}, path, lower_edge(problem), relative=relative)
+
+
+BAR = SceneCommand("bar", "the paper's bar in tension", _bar_arguments, _bar, _read_bar, _show_bar, graph=_plot_bar)

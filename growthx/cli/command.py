@@ -38,7 +38,8 @@ class SceneCommand:
     """A scene on the command line.
 
     build: the scene from the arguments.  read: what is read off the result for the JSON object, on all ranks.
-    show: tables for people.  drawn_in: unit of the density in its picture, None where there is no picture to be had.
+    show: tables for people.  drawn_in: unit of the density in its picture.
+    graph: what draws the density as a graph, of a result, a path and whether it is relative; None: the body is drawn.
     by_gmsh: whether its mesh is gmsh's, which is imported before the clock starts.
     in_space: whether its body is, which a picture may show in several ways.
     """
@@ -49,7 +50,8 @@ class SceneCommand:
     build: Callable[[argparse.Namespace], Scene]
     read: Callable[[Result], Mapping[str, Any]]
     show: Callable[[Result, Mapping[str, Any]], None]
-    drawn_in: str | None = None
+    drawn_in: str = ""
+    graph: Callable[[Result, str, bool], None] | None = None
     by_gmsh: bool = True
     in_space: bool = False
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from growthx.cli.command import SHAPE, SceneCommand, add_exponents, add_former, add_option, add_trusted
@@ -16,22 +16,61 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
-COMBINATION = (
-    "how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or stimulus (a "
-    "displacement for each, growth by the mean of the energies)"
+@dataclass(frozen=True)
+class BoneOptions:
+    """What the options that femora in the plane and in space have in common say in each.
+
+    size: whose cells are taken.  mesh, zones: what they must have.  combination: ways to combine the loads;
+    taken: one of these.  weights: of what, and which are taken.  until: end time.  step: Δt.  ramp: over what the load rises.
+    """
+
+    size: str
+    mesh: str
+    zones: str
+    combination: str
+    taken: str
+    weights: str
+    until: float
+    step: float
+    ramp: str
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Put them into a parser."""
+        parser.add_argument("--size", type=float, metavar="MM", help=f"cell size in mm (that of {self.size})")
+        parser.add_argument("--mesh", metavar="FILE", help=f"own mesh{self.mesh}")
+        add_trusted(parser)
+        parser.add_argument("--zones", metavar="FILE", help=f"CSV file with the columns zone, {self.zones}")
+        add_option(parser, "--combination", self.taken, str, self.combination)
+        parser.add_argument("--weights", type=float, nargs=3, metavar="W", help=f"weights of {self.weights}")
+        add_option(parser, "--until", self.until, float, "end time")
+        add_option(parser, "--step", self.step, float, f"time step; the load ramps over {self.ramp}")
+        add_exponents(parser)
+        add_former(parser, loads="combination", dt="step")
+
+    @staticmethod
+    def read(options: argparse.Namespace) -> dict[str, Any]:
+        """What a scene is told of them."""
+        return {name: getattr(options, name) for name in ("size", "zones", "until", "n", "m", "step", "trusted")}
+
+
+IN_PLANE = BoneOptions(
+    size="the paper's 658 cells",
+    mesh=", of any format that growthx reads, of a left or right femur in mm, y proximal, with a boundary 'distal', "
+    "and 'surface', or 'head' and 'trochanter', or all",
+    zones="x_mm, y_mm: corners of polygons whose mean densities are told (on the built-in outline its anatomical "
+    "zones)",
+    combination="how the load cases combine: average (forces by daily cycles), superposed (plain sum of the forces) or "
+    "stimulus (a displacement for each, growth by the mean of the energies)",
+    taken="average",
+    weights="midstance of gait, extreme abduction and extreme adduction (those of --combination)",
+    until=160.0,
+    step=4.0,
+    ramp="five of them",
 )
 
 
 def _femur_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--shape", metavar="SHAPE", help=f"{SHAPE} (quadrilateral, or what --mesh has)")
-    parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of the paper's 658 cells)")
-    parser.add_argument(
-        "--mesh",
-        metavar="FILE",
-        help="own mesh, of any format that growthx reads, of a left or right femur in mm, y proximal, with a boundary "
-        "'distal', and 'surface', or 'head' and 'trochanter', or all",
-    )
-    add_trusted(parser)
     parser.add_argument(
         "--head",
         type=float,
@@ -48,26 +87,10 @@ def _femur_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --mesh, ends of the abductors' insertion on 'surface' (the boundary 'trochanter', or the lateral "
         "side of the greater trochanter, as found)",
     )
-    parser.add_argument(
-        "--zones",
-        metavar="FILE",
-        help="CSV file with the columns zone, x_mm, y_mm: corners of polygons whose mean densities are told (on the "
-        "built-in outline its anatomical zones)",
-    )
     add_option(parser, "--refine", 1, int, "split every cell uniformly into REFINE x REFINE")
-    add_option(parser, "--combination", "average", str, COMBINATION)
-    parser.add_argument(
-        "--weights",
-        type=float,
-        nargs=3,
-        metavar="W",
-        help="weights of midstance of gait, extreme abduction and extreme adduction (those of --combination)",
-    )
     add_option(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
-    add_option(parser, "--until", 160.0, float, "end time")
-    add_option(parser, "--step", 4.0, float, "time step; the load ramps over five of them")
-    add_exponents(parser)
-    add_former(parser, cells="shape", loads="combination", dt="step")
+    IN_PLANE.add(parser)
+    add_former(parser, cells="shape")
 
 
 def _femur(options: argparse.Namespace) -> Scene:
@@ -80,20 +103,14 @@ def _femur(options: argparse.Namespace) -> Scene:
     loads, ends = combination(options.combination), options.trochanter
     return femur(
         options.mesh,
-        trusted=options.trusted,
         head=options.head and tuple(options.head),
         trochanter=ends and (tuple(ends[:2]), tuple(ends[2:])),
-        zones=options.zones,
         shape=options.shape or "quadrilateral",
-        size=options.size,
         refine=options.refine,
         thickness=options.thickness,
         weights=tuple(options.weights or loads.weights),
         separate=loads.separate,
-        n=options.n,
-        m=options.m,
-        step=options.step,
-        until=options.until,
+        **IN_PLANE.read(options),
     )
 
 

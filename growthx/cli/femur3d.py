@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from growthx.cli.command import SceneCommand, add_exponents, add_former, add_option, add_trusted
+from growthx.cli.command import SceneCommand, add_former, add_option
+from growthx.cli.femur import BoneOptions
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,10 +16,6 @@ if TYPE_CHECKING:
     from growthx.scenes.femur3d import Femur3d
     from growthx.stepping.record import Result
 
-COMBINATION = (
-    "how the activities combine: stimulus (a displacement for each, growth by the mean of the energies) or average "
-    "(one displacement, of the forces by daily cycles)"
-)
 COMBINATIONS = {"stimulus": True, "average": False}  # whether each activity has a displacement of its own
 SHAPE = {
     "head_radius": "radius of the head in mm",
@@ -35,37 +32,29 @@ SHAPE = {
 }
 
 
+IN_SPACE = BoneOptions(
+    size="meshes/femur3d.geo",
+    mesh=" in space, of any format that growthx reads, of a left or right femur in mm, z superior and y anterior, with "
+    "the boundaries 'head', 'trochanter' and 'distal'",
+    zones="x_mm, y_mm, z_mm: corners of convex bodies whose mean densities are told (anatomical zones, laid by the "
+    "landmarks of the mesh)",
+    combination="how the activities combine: stimulus (a displacement for each, growth by the mean of the energies) or "
+    "average (one displacement, of the forces by daily cycles)",
+    taken="stimulus",
+    weights="walking, one-legged stance and standing up; 0 leaves one out (0.75 0.2 0.05)",
+    until=20.0,
+    step=1.0,
+    ramp="the first",
+)
+
+
 def _femur3d_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--size", type=float, metavar="MM", help="cell size in mm (that of meshes/femur3d.geo)")
     parser.add_argument("--left", action="store_true", help="a left femur instead of a right one")
     for name, text in SHAPE.items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=f"{text} (that of the script)")
-    parser.add_argument(
-        "--mesh",
-        metavar="FILE",
-        help="own mesh in space, of any format that growthx reads, of a left or right femur in mm, z superior and y "
-        "anterior, with the boundaries 'head', 'trochanter' and 'distal'",
-    )
-    add_trusted(parser)
-    parser.add_argument(
-        "--zones",
-        metavar="FILE",
-        help="CSV file with the columns zone, x_mm, y_mm, z_mm: corners of convex bodies whose mean densities are told "
-        "(anatomical zones, laid by the landmarks of the mesh)",
-    )
     add_option(parser, "--body-weight", 735.75, float, "of which the forces are shares, in N")
-    add_option(parser, "--combination", "stimulus", str, COMBINATION)
-    parser.add_argument(
-        "--weights",
-        type=float,
-        nargs=3,
-        metavar="W",
-        help="weights of walking, one-legged stance and standing up; 0 leaves one out (0.75 0.2 0.05)",
-    )
-    add_option(parser, "--until", 20.0, float, "end time")
-    add_option(parser, "--step", 1.0, float, "time step; the load ramps over the first")
-    add_exponents(parser)
-    add_former(parser, version="anteversion", loads="combination", dt="step")
+    IN_SPACE.add(parser)
+    add_former(parser, version="anteversion")
 
 
 def _femur3d(options: argparse.Namespace) -> Scene:
@@ -79,17 +68,11 @@ def _femur3d(options: argparse.Namespace) -> Scene:
     shape = {name: value for name in SHAPE if (value := getattr(options, name)) is not None}
     return femur3d(
         options.mesh,
-        size=options.size,
         left=options.left,
         body_weight=options.body_weight,
         weights=tuple(options.weights or DAILY),
         separate=COMBINATIONS[options.combination],
-        zones=options.zones,
-        n=options.n,
-        m=options.m,
-        step=options.step,
-        until=options.until,
-        trusted=options.trusted,
+        **IN_SPACE.read(options),
         **shape,
     )
 

@@ -8,27 +8,30 @@ from typing import TYPE_CHECKING, Any
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
+    from growthx.cli.command import SceneCommand
     from growthx.meshing.mesh import Mesh
     from growthx.stepping.record import Result
 
 VIEWS = ("slice", "above", "cutaway")  # of bodies in space, one for a picture
 
 
-def add_picture(parser: argparse.ArgumentParser) -> None:
-    """The options of a picture."""
+def add_picture(parser: argparse.ArgumentParser, scene: SceneCommand) -> None:
+    """The options of a picture of a scene."""
+    drawn = "draw the density at the end on the deformed shape"
+    if scene.graph is not None:
+        drawn = "plot the density at the end along the body, which is too thin to be drawn"
+    elif scene.in_space:
+        drawn += ": the outside and the middle slice"
+    parser.add_argument("--picture", metavar="FILE", help=drawn)
+    relative = "with --picture, show [ρ − ρ*]/ρ*, as the paper does"
     parser.add_argument(
-        "--picture",
-        metavar="FILE",
-        help="draw the density at the end on the deformed shape; of a body in space its outside and its middle slice",
+        "--relative", action="store_true", help=relative if scene.graph else f"{relative}; a scale has ρ, too"
     )
-    parser.add_argument(
-        "--relative",
-        action="store_true",
-        help="with --picture, draw [ρ − ρ*]/ρ*, as the paper does; a scale has ρ, too",
-    )
+    if scene.in_space:
+        _add_views(parser)
 
 
-def add_views(parser: argparse.ArgumentParser) -> None:
+def _add_views(parser: argparse.ArgumentParser) -> None:
     """The options of a picture of a body in space."""
     parser.add_argument(
         "--slice",
@@ -44,10 +47,11 @@ def add_views(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def check(options: argparse.Namespace, mesh: Mesh) -> None:
+def check(options: argparse.Namespace, mesh: Mesh, scene: SceneCommand) -> None:
     """Refuse, before a long run, a picture that could not be drawn as asked for (collective)."""
     from growthx.common.checks import check_picture
     from growthx.post.drawing import IMAGES
+    from growthx.post.plots import GRAPHS
 
     views = _views(options)
     if options.picture is None:
@@ -55,7 +59,7 @@ def check(options: argparse.Namespace, mesh: Mesh) -> None:
             if _value(options, name):
                 raise InputError(f"--{name} is of a picture, and none is asked for: with --picture FILE would be right")
         return
-    check_picture(options.picture, IMAGES, mesh.comm)
+    check_picture(options.picture, GRAPHS if scene.graph else IMAGES, mesh.comm)
     if len(views) > 1:
         raise InputError(f"--{' and --'.join(views)} are two pictures: one of them for each run would be right")
     if _value(options, "grey") and views != ["slice"]:
@@ -71,17 +75,19 @@ def check(options: argparse.Namespace, mesh: Mesh) -> None:
             plane_of(_plane(text), mesh)
 
 
-def draw(options: argparse.Namespace, result: Result, unit: str) -> None:
-    """Draw what was asked for, if anything was; unit: of the density, empty for none (collective)."""
+def draw(options: argparse.Namespace, result: Result, scene: SceneCommand) -> None:
+    """Draw what was asked for, if anything was (collective)."""
     from growthx.cli import report
     from growthx.post import plots
 
     if options.picture is None:
         return
     problem, path, views = result.problem, options.picture, _views(options)
-    title = f"density ({unit})" if unit else "density"
+    title = f"density ({scene.drawn_in})" if scene.drawn_in else "density"
     look: dict[str, Any] = {"relative": True} if options.relative else {"title": title}
-    if "slice" in views:
+    if scene.graph is not None:
+        scene.graph(result, path, options.relative)
+    elif "slice" in views:
         plots.slices(problem, path, [_plane(text) for text in options.slice], grey=options.grey, **look)
     elif "above" in views:
         plots.threshold(problem, path, options.above, title=title)

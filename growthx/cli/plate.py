@@ -39,7 +39,7 @@ def _show_plate(result: Result, readings: Mapping[str, Any]) -> None:
 
 
 PLATE = SceneCommand(
-    "plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate, "", by_gmsh=False
+    "plate", "a bent plate of any size", _plate_arguments, _plate, _read_plate, _show_plate, by_gmsh=False
 )
 
 
@@ -77,6 +77,5 @@ WEINANS = SceneCommand(
     _weinans,
     _read_weinans,
     _show_weinans,
-    "",
     by_gmsh=False,
 )

@@ -71,10 +71,7 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     states.add_states(parser)
     _add_checkpoints(parser)
     scan.add_scan(parser)
-    if scene.drawn_in is not None:
-        picture.add_picture(parser)
-        if scene.in_space:
-            picture.add_views(parser)
+    picture.add_picture(parser, scene)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
 
@@ -107,8 +104,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     if scanned is not None:
         scene = replace(scene, initial_density=scanned)
     setup = time.perf_counter() - start
-    if command.drawn_in is not None:
-        picture.check(options, scene.mesh)
+    picture.check(options, scene.mesh, command)
     states.check(options, scene.mesh.comm)
     variant = variant or variants.default(scene.mesh.cell_name)
     result, status = _solved(scene, variant, stepping, options)
@@ -128,8 +124,7 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
         report.times(result)
         if posed is not None:
             report.say(result, f"{scene.name}: {posed}")
-    if command.drawn_in is not None:
-        picture.draw(options, result, command.drawn_in)
+    picture.draw(options, result, command)
     states.draw(options, result, command.drawn_in)
     return status
 

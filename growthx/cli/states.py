@@ -46,8 +46,8 @@ def check(options: argparse.Namespace, comm: MPI.Comm) -> None:
     check_movie(options.movie, comm)
 
 
-def draw(options: argparse.Namespace, result: Result, unit: str | None) -> None:
-    """Draw the movie that was asked for, if one was; unit: of the density, empty or None for none (collective)."""
+def draw(options: argparse.Namespace, result: Result, unit: str) -> None:
+    """Draw the movie that was asked for, if one was; unit: of the density, empty for none (collective)."""
     if options.movie is None or result.folder is None:
         return
     from growthx.cli import report

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from growthx.common.arrays import is_uniform
 from growthx.common.checks import require
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, has_points, put
+from growthx.meshing.images.density import ScanDensity
 from growthx.meshing.sampling import reference_corners
 from growthx.meshing.transferred import TransferredDensity
 
@@ -69,7 +71,24 @@ def _fill(spaces: Spaces, density: dolfinx.fem.Function) -> None:
     elif isinstance(given, TransferredDensity):
         density.x.array[:] = given.x.array
     else:
-        _average(spaces, as_ufl(given, spaces.scene.mesh), density)
+        scan = _scan_of_means(spaces)
+        if scan is None or spaces.rests:
+            _average(spaces, as_ufl(given, spaces.scene.mesh), density)
+        if scan is not None:
+            values, known = scan.at_nodes(spaces.density_space, spaces.scene.mesh, spaces.growing_cells)
+            density.x.array[known] = values[known]
+
+
+def _scan_of_means(spaces: Spaces) -> ScanDensity | None:
+    """The scan whose means all begins with that grows, where nodes are shared; None if there is no such one."""
+    given, growing = spaces.scene.start_density, spaces.scene.growing
+    found = [given]
+    if isinstance(given, Mapping):
+        found = [given[name] for name in (given if growing is None else growing)]
+    one = found[0]
+    if spaces.variant.density.local or any(each is not one for each in found):
+        return None
+    return one if isinstance(one, ScanDensity) and one.of_cells else None
 
 
 def _average(spaces: Spaces, given: dolfinx.fem.Function, density: dolfinx.fem.Function) -> None:

@@ -126,6 +126,30 @@ class CellMeans:
         return np.asarray(assemble(self._total).reshape(self._shape) / self._volumes)
 
 
+class CellAverages:
+    """Means of what the cells around each degree of freedom of a scalar space say, for all that they may say.
+
+    first: owned cells that alone are heard where there are any of them; None: all are.
+    """
+
+    def __init__(self, space: dolfinx.fem.FunctionSpace, first: Indices | None = None) -> None:
+        """Collective."""
+        topology = space.mesh.topology
+        dofs = space.dofmap.list[: topology.index_map(topology.dim).size_local]
+        heard = np.ones(dofs.shape)
+        self._space, self._heard = space, None if first is None else heard
+        if first is not None:
+            heard[np.setdiff1d(np.arange(len(heard)), first)] = 0.0
+            alone = sum_cells(space, heard[:, :, np.newaxis])[:, 0] == 0
+            heard[alone[dofs]] = 1.0
+        self._count = sum_cells(space, heard[:, :, np.newaxis])[:, 0]
+
+    def __call__(self, values: Floats) -> Floats:
+        """Those of values of each owned cell's degrees of freedom, (owned cells, dofs of a cell), as in `x.array`."""
+        heard = values if self._heard is None else self._heard * values
+        return np.asarray(sum_cells(self._space, heard[:, :, np.newaxis])[:, 0] / self._count)
+
+
 def average_cells(
     space: dolfinx.fem.FunctionSpace, values: Floats, first: Indices | None = None
 ) -> dolfinx.fem.Function:
@@ -134,16 +158,8 @@ def average_cells(
     space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell).
     first: owned cells that alone are heard where there are any of them; None: all are.
     """
-    heard = np.ones_like(values)
-    if first is None:
-        total, count = sum_cells(space, np.stack([values, heard], axis=2)).T
-    else:
-        heard[np.setdiff1d(np.arange(len(values)), first)] = 0.0
-        parts = [heard * values, heard, (1 - heard) * values, 1 - heard]
-        total, count, rest, others = sum_cells(space, np.stack(parts, axis=2)).T
-        total, count = np.where(count > 0, (total, count), (rest, others))
     mean = dolfinx.fem.Function(space)
-    mean.x.array[:] = total / count
+    mean.x.array[:] = CellAverages(space, first)(values)
     return mean
 
 

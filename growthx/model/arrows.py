@@ -12,8 +12,10 @@ import numpy as np
 from growthx.common.checks import require_name, require_vector
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Indices
     from growthx.meshing.mesh import Mesh
+
+ROUND_OFF = 1e-9  # of the sum of what a load's parts are: their resultant, where they balance each other
 
 
 @dataclass(frozen=True)
@@ -55,3 +57,29 @@ def middle(mesh: Mesh, boundary: str, intensity: Callable[[Floats], Floats]) -> 
         size = np.ones(len(facets))
     total = mesh.comm.allreduce(np.append(size @ middles, size.sum()))
     return tuple(total[: mesh.dim] / total[3])
+
+
+def facet_sizes(mesh: Mesh, facets: Indices) -> Floats:
+    """Areas of facets, lengths of those of a plane body, (facets,)."""
+    if not len(facets):
+        return np.zeros(0)
+    x = mesh.domain.geometry.x[dolfinx.mesh.entities_to_geometry(mesh.domain, mesh.dim - 1, facets)]
+    if mesh.dim == 2:
+        return np.asarray(np.linalg.norm(x[:, 1] - x[:, 0], axis=1))
+    # Of a triangle, or of a quadrilateral in DOLFINx' order, by its diagonals.
+    sides = (x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if x.shape[1] == 3 else (x[:, 3] - x[:, 0], x[:, 2] - x[:, 1])
+    return np.asarray(np.linalg.norm(np.cross(*sides), axis=1) / 2)
+
+
+def resultant(mesh: Mesh, boundary: str, intensity: Callable[[Floats], Floats]) -> tuple[float, ...]:
+    """The force of a traction, a function of position, by its values at the middles of facets (collective).
+
+    Zero where parts of it that balance each other leave no more than round-off.
+    """
+    facets = mesh.owned_facets(boundary)
+    sizes, here = facet_sizes(mesh, facets), np.zeros((mesh.dim, 0))
+    if len(facets):
+        here = intensity(dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim - 1, facets).T)
+    *force, most = mesh.comm.allreduce(np.append(here @ sizes, np.linalg.norm(here, axis=0) @ sizes))
+    whole = np.array(force)
+    return tuple((whole if np.linalg.norm(whole) > ROUND_OFF * most else 0 * whole).tolist())

@@ -24,7 +24,7 @@ from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.dead import DeadLoad
 from growthx.model.actions.faces import Moment
 from growthx.model.actions.histories import check_history
-from growthx.model.arrows import Arrow, middle
+from growthx.model.arrows import Arrow, middle, resultant
 from growthx.model.open_loads import OpenLoad
 
 if TYPE_CHECKING:
@@ -111,6 +111,11 @@ class Traction(_OnBoundary, replaceable=()):
     def intensity(self, x: Floats) -> Floats:
         """Traction at the points x."""
         return _at(self.value, x)
+
+    def arrow(self, mesh: Mesh) -> Arrow:
+        """Its resultant, nothing of one that balances itself, at the mean position, weighted by traction."""
+        force = self.resultant or resultant(mesh, self.on, self.intensity)
+        return Arrow(tuple(force), middle(mesh, self.on, self.intensity))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import ufl
 from growthx.common.checks import require_kind
 from growthx.common.errors import InputError
 from growthx.discretisation.checks.arguments import require_problem
-from growthx.fem.assembly import CellMeans, average_cells, values_at_points
+from growthx.fem.assembly import CellAverages, CellMeans, values_at_points
 from growthx.meshing.sampling import reference_corners
 from growthx.post.fields.choice import Choice, check_known, check_name, chosen
 from growthx.post.fields.row import SHAPES, DerivedField, read_all
@@ -165,7 +165,8 @@ class NodeFields:
 
     def __init__(self, problem: Discretisation, names: Sequence[str]) -> None:
         cell_name = problem.scene.mesh.cell_name
-        self._problem, self._fields, self._space = problem, _known(problem, names), corner_space(problem)
+        self._problem, self._fields = problem, _known(problem, names)
+        self._averages = CellAverages(corner_space(problem), problem.growing_cells if problem.rests else None)
         self._points, self._corners = problem.variant.integration_points(cell_name), reference_corners(cell_name)
         self._extrapolation = corners_from_points(cell_name, self._points)
         self._entries = _Entries(problem, self._points, [field for field in self._fields if field.exact is None])
@@ -202,9 +203,7 @@ class NodeFields:
 
     def _averaged(self, at_corners: Floats) -> Floats:
         """Means over the cells around each local node, (local nodes, entries)."""
-        first = self._problem.growing_cells if self._problem.rests else None
-        entries = np.moveaxis(at_corners, 2, 0)
-        return np.stack([average_cells(self._space, each, first).x.array for each in entries], axis=-1)
+        return np.stack([self._averages(each) for each in np.moveaxis(at_corners, 2, 0)], axis=-1)
 
 
 class _Entries:

@@ -12,7 +12,7 @@ import dolfinx
 import numpy as np
 
 from growthx.fem import compat
-from growthx.fem.assembly import average_cells
+from growthx.fem.assembly import CellAverages
 from growthx.meshing.sampling import reference_corners
 
 if TYPE_CHECKING:
@@ -29,12 +29,22 @@ def smoothed_density(
     space: `corner_space` of the mesh, for those who have it already.  of_cells: densities of each owned cell, shape
     (owned cells, densities of a cell); default: those of the state.
     """
-    space = corner_space(problem) if space is None else space
-    of_cells = problem.densities_of_cells() if of_cells is None else of_cells
-    first = problem.growing_cells if problem.rests else None
-    smooth = average_cells(space, of_cells @ _to_corners(problem).T, first)
-    smooth.name = "smoothed_density"
+    smooth = dolfinx.fem.Function(corner_space(problem) if space is None else space, name="smoothed_density")
+    smooth.x.array[:] = Smoothing(problem, smooth.function_space)(of_cells)
     return smooth
+
+
+class Smoothing:
+    """The same for state after state: what the corners take from the cells is found once."""
+
+    def __init__(self, problem: Discretisation, space: dolfinx.fem.FunctionSpace) -> None:
+        """space: `corner_space` of the mesh (collective)."""
+        self._problem, self._shares = problem, _to_corners(problem).T
+        self._averages = CellAverages(space, problem.growing_cells if problem.rests else None)
+
+    def __call__(self, of_cells: Floats | None = None) -> Floats:
+        """Values at the corners, as in `x.array`; of_cells: see `smoothed_density` (collective)."""
+        return self._averages((self._problem.densities_of_cells() if of_cells is None else of_cells) @ self._shares)
 
 
 def corner_space(problem: Discretisation) -> dolfinx.fem.FunctionSpace:

@@ -10,20 +10,54 @@ import numpy as np
 from growthx.discretisation.variants import PerCell
 from growthx.fem.assembly import CellMeans
 from growthx.fem.compat import interpolation_points
-from growthx.meshing.sampling import positions
 from growthx.post.derived import PointFields, told_raw
 from growthx.post.fields.row import read_all
 from growthx.post.subcells import subcells
 from growthx.results.fields import Corners
-from growthx.results.series import open_series
-from growthx.results.states.grid import Grid, State, in_space
+from growthx.results.series import Series, open_series
+from growthx.results.states.grid import Grid, State
+from growthx.results.states.pieces import Pieces
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.results.fields import FieldWriter
     from growthx.results.series import Keeping
+
+
+class TwinWriter:
+    """Writes `raw.pvd` where `fields.tells_raw`: a .vtu of the fields has all of it and gets a second name."""
+
+    def __init__(
+        self, fields: FieldWriter, folder: Path, problem: Discretisation, keeping: Keeping | None = None
+    ) -> None:
+        """fields: writes each state first.  keeping: see `FieldWriter`."""
+        self._fields, self._file = fields, open_series(folder / "raw.pvd", fields.grid, problem.comm, keeping)
+        told = told_raw(problem) if problem.variant.density.local else ()
+        self._in_cells = [field.name for field in told] + (["grows"] if told and problem.rests else [])
+
+    @property
+    def last(self) -> float | None:
+        """The time of the last state, None if there is none."""
+        return self._file.last
+
+    def write(self, time: float) -> None:
+        """Append the state at a time."""
+        fields, whole = self._fields, self._fields.told
+        if whole is None:  # the fields of this state were there, and the raw ones were not
+            whole = fields.state()
+        at_points = {"displacement": whole.at_points["displacement"], **whole.beside}
+        state = State(at_points, {name: whole.in_cells[name] for name in self._in_cells})
+        if isinstance(self._file, Series):
+            self._file.write(state, time, fields.written)
+        else:
+            self._file.write(state, time)
+
+    def close(self) -> None:
+        """Finish the files."""
+        self._file.close()
 
 
 def raw_writer(
@@ -138,15 +172,13 @@ class PointWriter:
     """Writes density, its relative change, the stimulus and what else `derived.FIELDS` tells raw at integration points.
 
     Each value on the part of a cell that is its point's; and where some cells rest, which of them grow.  The parts of
-    different cells share no points; all of them carry the displacement.
+    all cells share their points, which carry the displacement.
     """
 
     def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
-        self._problem = problem
         mesh, points = problem.scene.mesh, interpolation_points(problem.density_space.element)
-        self._parts = subcells(mesh.cell_name, points)
-        grid = Grid.of_pieces(self._parts.shape, positions(mesh, self._parts.X), self._parts.pieces)
-        self._file = open_series(folder / "raw.pvd", grid, problem.comm, keeping)
+        self._pieces = Pieces(problem, subcells(mesh.cell_name, points))
+        self._file = open_series(folder / "raw.pvd", self._pieces.grid, problem.comm, keeping)
         self._fields = PointFields(problem, points)
 
     @property
@@ -156,12 +188,8 @@ class PointWriter:
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
-        u = self._problem.displacement_at(self._parts.X).reshape(-1, self._problem.scene.mesh.dim)
-        in_cells = {
-            name: np.ascontiguousarray(at_points[:, self._parts.points]).ravel()
-            for name, at_points in self._fields.values().items()
-        }
-        self._file.write(State({"displacement": in_space(u)}, in_cells), time)
+        in_cells = {name: self._pieces.of_points(at_points) for name, at_points in self._fields.values().items()}
+        self._file.write(State(self._pieces.displacement(), in_cells), time)
 
     def close(self) -> None:
         """Finish the files."""

@@ -105,6 +105,7 @@ class Series:
         """file: the .pvd, in a folder that exists.  until: see `Keeping`."""
         self._path, self._comm, self._part = file, comm, vtu.Part(grid)
         self._entries: list[tuple[float, str]] = []
+        self._written: Path | None = None
         with agreed(file.parent, comm):
             if until is not None and comm.rank == 0 and file.exists():
                 self._go_on(until)
@@ -116,8 +117,16 @@ class Series:
         """The time of the last state, None if there is none."""
         return self._entries[-1][0] if self._entries else None
 
-    def write(self, state: State, time: float) -> None:
-        """Append a state; OutputError, on all ranks, if it does not become whole, and nothing of it stays."""
+    @property
+    def written(self) -> Path | None:
+        """This rank's file of the last state, None where this series has written none yet."""
+        return self._written
+
+    def write(self, state: State, time: float, twin: Path | None = None) -> None:
+        """Append a state; OutputError, on all ranks, if it does not become whole, and nothing of it stays.
+
+        twin: a file of this rank that has all of it, and maybe more: it gets a second name.
+        """
         comm, folder, stem, number = self._comm, self._path.parent, self._path.stem, len(self._entries)
         parts = [folder / f"{stem}_p{rank}_{number:06d}.vtu" for rank in range(comm.size)]
         joint = folder / f"{stem}{number:06d}.pvtu"
@@ -125,7 +134,10 @@ class Series:
         made: list[Path] = []
         try:
             with agreed(folder, comm):
-                vtu.write_whole(parts[comm.rank], self._part.content(state, float(time)))
+                if twin is None:
+                    vtu.write_whole(parts[comm.rank], self._part.content(state, float(time)))
+                else:
+                    _twin_of(twin, parts[comm.rank])
                 made.append(parts[comm.rank])
             with agreed(folder, comm):
                 if comm.rank == 0:
@@ -137,7 +149,7 @@ class Series:
             for file in made:
                 file.unlink(missing_ok=True)
             raise
-        self._entries = entries
+        self._entries, self._written = entries, parts[comm.rank]
 
     def close(self) -> None:
         """Finish the files, which are whole after each state."""
@@ -245,3 +257,13 @@ def _second_name(file: Path, name: Path) -> None:
         name.hardlink_to(file)
     except OSError:
         shutil.copyfile(file, name)
+
+
+def _twin_of(file: Path, name: Path) -> None:
+    """The same under a name that is not there yet; OSError if that cannot be, and then it is not there."""
+    try:
+        name.hardlink_to(file)
+    except FileExistsError:
+        raise
+    except OSError:  # of a file system without such names
+        vtu.write_whole(name, [file.read_bytes()])

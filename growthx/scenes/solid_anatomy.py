@@ -15,6 +15,7 @@ import numpy as np
 
 from growthx.common.errors import InputError, raise_on_all
 from growthx.meshing.sampling import positions, reference_corners, volume_ratios
+from growthx.model.arrows import facet_sizes
 from growthx.scenes.anatomy import OFF_HEAD
 
 if TYPE_CHECKING:
@@ -224,12 +225,9 @@ def corners(mesh: Mesh, name: str) -> Floats:
 def loaded_area(mesh: Mesh, on: str, weight: Cap | Attachment) -> tuple[float, int]:
     """Area (mm²) and number of the facets of a boundary at whose middles a load has weight (collective)."""
     facets = mesh.owned_facets(on)
-    nodes = dolfinx.mesh.entities_to_geometry(mesh.domain, 2, facets) if len(facets) else np.empty((0, 3), np.int32)
-    x = mesh.domain.geometry.x[nodes]
-    # Of a triangle, or of a quadrilateral in DOLFINx' order, by its diagonals.
-    sides = (x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if x.shape[1] == 3 else (x[:, 3] - x[:, 0], x[:, 2] - x[:, 1])
-    areas = np.linalg.norm(np.cross(*sides), axis=1) / 2
-    loaded = weight(x.mean(axis=1).T) > 0
+    areas, loaded = facet_sizes(mesh, facets), np.zeros(0, dtype=bool)
+    if len(facets):
+        loaded = weight(dolfinx.mesh.compute_midpoints(mesh.domain, 2, facets).T) > 0
     area, count = mesh.comm.allreduce(np.array([areas @ loaded, np.count_nonzero(loaded)], dtype=float))
     return float(area), round(count)
 

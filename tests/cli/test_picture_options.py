@@ -2,6 +2,7 @@
 
 import argparse
 
+import numpy as np
 import pytest
 from blocks import COMM, block, cube, square
 
@@ -116,12 +117,35 @@ def test_views_of_space_are_no_options_of_plane_scenes(calls, shared_folder):
     assert calls == [("density", (), TITLE)]
 
 
+@pytest.mark.parametrize(("more", "label"), [([], "density"), (["--relative"], "[ρ − ρ*]/ρ*")])
+def test_the_bar_has_a_graph(more, label, shared_folder, monkeypatch):
+    """A hundredth as wide as long, it would be a line: its density is plotted along it, with the levels it reaches."""
+    from growthx.cli import program
+
+    drawn = []
+    monkeypatch.setattr(plots, "_plot", lambda curves, x, exact, title, path: drawn.append((curves, x, title)))
+    arguments = ["bar", "--elements", "10", "--dt", "0.5", "--picture", str(shared_folder / "a.svg"), *more]
+    assert program.main(arguments) == 0
+    if COMM.rank == 0:
+        ((curves, x, title),) = drawn
+        assert list(curves) == ["Q1P0"] and label in title
+        middle = curves["Q1P0"][np.abs(x - 0.5) < 0.1]
+        assert np.ptp(middle) < 1e-3 and middle.mean() > curves["Q1P0"].mean() + 0.03
+
+
+def test_the_bar_has_no_picture_of_a_body(shared_folder):
+    """What no graph can be written as is refused before the run."""
+    from growthx.cli import program
+
+    assert program.main(["bar", "--picture", str(shared_folder / "a.bmp")]) != 0
+
+
 def test_fields_by_their_names(shared_folder):
     """With commas, and blanks as people type them; each with its place."""
     out = shared_folder / "out"
     assert run(["--out", str(out), "--fields", "von_mises:cells, strain_energy:points"]) == 0
     COMM.barrier()
-    parts = {stem: (out / f"{stem}_p0_000000.vtu").read_text() for stem in ("fields", "points")}
+    parts = {stem: (out / f"{stem}000000.pvtu").read_text() for stem in ("fields", "points")}
     assert 'Name="von_mises_in_cells"' in parts["fields"] and "strain_energy" not in parts["fields"]
     assert 'Name="strain_energy_at_points"' in parts["points"] and "von_mises" not in parts["points"]
     assert not (out / "raw.pvd").exists()

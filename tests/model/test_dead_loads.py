@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import matplotlib.image
 import numpy as np
 import pytest
-from blocks import COMM, block, densities, displacements, square
+from blocks import COMM, block, cube, densities, displacements, square
 
 import growthx as gx
 from growthx import plots
@@ -82,7 +82,7 @@ def test_its_arrow_is_in_the_picture(shared_folder):
         assert (found > 300) if loads else found == 0
     (arrow,) = drawing.arrows_of(problem)
     assert (arrow.force, arrow.label) == ((0.1, -0.05), "belt")
-    assert drawing.arrows_of(gx.discretise(block(), gx.Q1)) == []
+    assert drawing.arrows_of(gx.discretise(block(loads=(gx.BodyForce((0.0, -0.1)),)), gx.Q1)) == []
 
 
 def test_the_arrow_of_a_distributed_force_is_at_its_middle():
@@ -126,3 +126,16 @@ def test_a_load_without_what_it_needs_is_refused():
         type("Half", (gx.Load,), {"place": "here", "intensity": lambda self, x: whole(x)})()
     with pytest.raises(InputError, match="an entry of loads of the scene 'block' is"):
         block(loads=(type("None", (), {"place": "here"})(),))
+
+
+def test_the_arrow_of_a_traction_is_its_resultant():
+    """Its force at the middle of what it loads, on facets of any shape; one that balances itself has none."""
+    (arrow,) = drawing.arrows_of(gx.discretise(block(square(4), loads=(gx.Traction("right", (0.1, -0.02)),)), gx.Q1))
+    assert arrow.force == pytest.approx((0.1, -0.02)) and arrow.place == pytest.approx((1.0, 0.5))
+    for shape in ("hexahedron", "tetrahedron"):
+        rising = gx.Traction("right", lambda x: np.vstack([0 * x[0], 0 * x[0], 2.0 * x[1]]))
+        arrow = rising.arrow(cube(4, shape=shape))
+        assert arrow.force == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
+        assert arrow.place == pytest.approx((1.0, 2 / 3, 0.5), rel=0.05)
+    bending = gx.Traction("right", lambda x: np.vstack([x[1] - 0.5, 0 * x[0]]))
+    assert drawing.arrows_of(gx.discretise(block(square(4), loads=(bending,)), gx.Q1)) == []

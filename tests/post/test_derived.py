@@ -45,9 +45,12 @@ def bent(**changes):
 
 
 def names(folder, stem):
-    """Names of the arrays of cells in the files of a series."""
-    roots = [ElementTree.parse(file).getroot() for file in sorted(folder.glob(f"{stem}*.vtu"))]
-    return [{array.get("Name") for part in root.iter("CellData") for array in part.iter("DataArray")} for root in roots]
+    """Names of the arrays of cells that each state of a series shows."""
+    roots = [ElementTree.parse(file).getroot() for file in sorted(folder.glob(f"{stem}*.pvtu"))]
+    assert roots
+    return [
+        {array.get("Name") for part in root.iter("PCellData") for array in part.iter("PDataArray")} for root in roots
+    ]
 
 
 @pytest.mark.parametrize("variant", [gx.Q1, gx.Q1P0, gx.Q1Q1], ids=str)

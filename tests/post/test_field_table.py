@@ -331,11 +331,11 @@ def only(monkeypatch):
 
 
 def arrays(folder, name):
-    """Names of the arrays in the first part of a file of a series, by where they are."""
-    text = (folder / f"{name}_p0_000000.vtu").read_text()
+    """Names of the arrays that the first state of a series shows, by where they are."""
+    text = (folder / f"{name}000000.pvtu").read_text()
     return {
         place: re.findall(
-            r'<DataArray [^>]*Name="([^"]*)"', text.partition(f"<{place}>")[2].partition(f"</{place}>")[0]
+            r'<PDataArray [^>]*Name="([^"]*)"', text.partition(f"<P{place}>")[2].partition(f"</P{place}>")[0]
         )
         for place in ("PointData", "CellData")
     }

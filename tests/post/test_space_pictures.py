@@ -123,6 +123,17 @@ def test_a_cut_away_body_has_its_loads(monkeypatch, shared_folder):
         assert [name for name, _ in panel.legend] == ["pushes", "pulls inwards"]
 
 
+def test_an_arrow_is_where_the_body_has_moved_to(monkeypatch, shared_folder):
+    """Beside the deformed body an arrow at rest hangs in the air; a traction has one, too."""
+    problem, seen = gx.solve(block(cube(2), loads=(gx.Traction("right", (0.3, 0.0, 0.0)),)), gx.Q1P0).problem, []
+    monkeypatch.setattr(panels, "render", lambda drawn, *rest: seen.extend(drawn))
+    plots.cutaway(problem, shared_folder / "a.png", "coronal")
+    moved = problem.sample_displacement(np.array([[1.0, 0.5, 0.5]]))[0, 0]
+    if COMM.rank == 0:
+        (pull,) = (mesh for mesh, look in seen[0].parts if look.get("color") in panels.COLOURS)
+        assert moved > 0.1 and pull.bounds[0] == pytest.approx(1.0 + moved, abs=1e-3)
+
+
 def test_slices_in_grey_are_beside_the_coloured_ones(shared_folder):
     """Black at zero and behind the body, white at the densest, as a CT shows bone: nothing in it is coloured."""
     path = shared_folder / "grey.png"
@@ -182,6 +193,14 @@ def test_a_relative_change_has_its_second_scale(monkeypatch, shared_folder):
         change, density = seen
         assert (change.low, change.high) == pytest.approx((low / 1.2 - 1, high / 1.2 - 1))
         assert (density.low, density.high) == pytest.approx((low, high)) and density.title == "density"
+
+
+def test_labels_of_planes_have_no_round_off():
+    """What a user computed as zero is none to the last digit, and is no place to be told."""
+    plane = planes.plane_of(((0.1 + 0.2 - 0.3, 0.3, 1e-17), (1e-17, -2.0, -1e-16)), cube(1))
+    assert plane.label == "through (0, 0.3, 0), normal (0, -2, 0)"
+    small = planes.plane_of(((0.5, 0.5, 0.5), (0.0, 3e-9, 1e-9)), cube(1))
+    assert small.label == "through (0.5, 0.5, 0.5), normal (0, 3e-09, 1e-09)"
 
 
 def test_the_middle_plane_is_across_the_shortest_extent():

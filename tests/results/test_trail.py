@@ -32,7 +32,7 @@ def times(folder, name="fields"):
         pieces = [piece.get("Source") for piece in joint.iter("Piece")]
         assert pieces
         for piece in pieces:
-            ElementTree.parse(folder / piece)
+            assert (folder / piece).read_bytes().endswith(b"</AppendedData>\n</VTKFile>\n")
     return [float(entry.get("timestep")) for entry in found]
 
 
@@ -104,7 +104,7 @@ def test_a_state_that_finds_no_room_is_missed_with_a_warning(shared_folder, monk
 
     full = []
     monkeypatch.setattr(vtu, "write_whole", write_whole)
-    result = gx.solve(block(program=PROGRAM), gx.Q1P0, out=shared_folder / "out", every=3)
+    result = gx.solve(block(program=PROGRAM), gx.Q1, out=shared_folder / "out", every=3)
     COMM.barrier()
     ends = [step.time for step in result.steps]
     assert times(shared_folder / "out") == [0.0, ends[2], ends[5], 0.9]

@@ -39,6 +39,40 @@ def resultant(scene):
     return loads.resultant(loads.nodal_load)
 
 
+def hexahedral(original):
+    """The same body, each of whose tetrahedra is cut into four hexahedra, as a user may have it (one rank)."""
+    x = original.domain.geometry.x
+    points, number = [*map(tuple, x)], {}
+
+    def middle(*corners):
+        key = tuple(sorted(corners))
+        if len(key) == 1:
+            return key[0]
+        if key not in number:
+            number[key] = len(points)
+            points.append(tuple(x[list(key)].mean(axis=0)))
+        return number[key]
+
+    cells = []
+    for tetrahedron in original.domain.geometry.dofmap.tolist():
+        for corner in tetrahedron:
+            p, q, r = (other for other in tetrahedron if other != corner)
+            if np.linalg.det(x[[p, q, r]] - x[corner]) < 0:
+                p, q = q, p
+            below = corner, middle(corner, p), middle(corner, p, q), middle(corner, q)
+            above = middle(corner, r), middle(corner, p, r), middle(*tetrahedron), middle(corner, q, r)
+            cells.append([*below, *above])
+    boundaries = {}
+    for name in original.boundaries:
+        triangles = dolfinx.mesh.entities_to_geometry(original.domain, 2, original.owned_facets(name)).tolist()
+        boundaries[name] = [
+            [a, middle(a, b), middle(a, b, c), middle(a, c)]
+            for triangle in triangles
+            for a, b, c in (triangle, triangle[1:] + triangle[:1], triangle[2:] + triangle[:2])
+        ]
+    return meshing.from_arrays(np.array(points), cells, boundaries=boundaries)
+
+
 def moved(original, matrix, shift):
     """The same mesh elsewhere, or mirrored: another user's frame."""
     domain = original.domain
@@ -214,6 +248,28 @@ def test_wards_triangle_is_the_least_of_the_neck():
     assert means["Ward's triangle"] == min(
         means[name] for name in ("Ward's triangle", "middle neck", "superior neck", "calcar", "strut, head to calcar")
     )
+
+
+@pytest.mark.serial
+def test_hexahedra_have_the_same_landmarks_and_forces():
+    """A user's mesh of hexahedra: each force is met exactly on sides that are quadrilaterals."""
+    tetrahedra = mesh(8.0)
+    scene, other = femur3d(hexahedral(tetrahedra), separate=False), femur3d(tetrahedra, separate=False)
+    assert scene.mesh.cell_name == "hexahedron" and scene.mesh.cell_count == 4 * tetrahedra.cell_count
+    assert scene.anatomy.centre == pytest.approx(other.anatomy.centre, abs=0.1)
+    assert scene.anatomy.neck_shaft_angle == pytest.approx(other.anatomy.neck_shaft_angle, abs=1.0)
+    loads = gx.discretise(scene, gx.Q1P0).system.loads
+    assert loads.resultant(loads.nodal_load) == pytest.approx(sum(np.array(load.force) for load in scene.loads))
+
+
+@pytest.mark.slow
+@pytest.mark.serial
+def test_bone_grows_in_hexahedra_as_in_quadratic_tetrahedra():
+    """They are not too stiff in bending as linear tetrahedra are: a coarse mesh has cortices, canal and strut."""
+    scene = femur3d(hexahedral(mesh(8.0)), weights=(1.0, 0.0, 0.0))
+    means = zones.area_means(gx.solve(scene, gx.Q1P0, stepping=gx.AdaptiveSteps(1e-2)).problem, scene.zones)
+    assert means["medial cortex"] == pytest.approx(1.89, rel=0.02) and means["canal"] <= 0.3
+    assert means["strut, head to calcar"] == pytest.approx(0.95, rel=0.02)
 
 
 # -- bad input ---------------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from growthx.discretisation.transfers.recovery import limited, through, volumes_
 from growthx.discretisation.variants import AtPoints, Nodal, PerCell
 from growthx.fem import compat
 from growthx.fem.assembly import sum_cells
+from growthx.fem.projection import NodalProjection
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Marks
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from growthx.discretisation.variants import Variant
     from growthx.meshing.mesh import Mesh
 
-MOST_ITERATIONS = 500
 LEAST = 0.5  # of the least density there was, that a quadratic one may fall to between its nodes
 
 
@@ -90,58 +90,33 @@ class _Nodes:
     """
 
     def __init__(self, samples: Samples, heard: Marks, mesh: Mesh, space: dolfinx.fem.FunctionSpace) -> None:
-        self._space, self._comm = space, mesh.comm
         self._rows = space.dofmap.list[: len(heard)]
-        self._owned = space.dofmap.index_map.size_local
         self.heard = heard[:, np.newaxis].astype(float)
         basis = space.ufl_element().tabulate(0, samples.X)[0]
         weights = self.heard * samples.weights
         self._masses = np.einsum("cp,pi,pj->cij", weights, basis, basis, optimize=True)
-        self._right = self._sum((weights * samples.values) @ basis)
-        self._diagonal = self._sum(np.einsum("cii->ci", self._masses))
-        self._volumes = self._sum(self._masses.sum(axis=2))
-        self.known = self._diagonal > 0
+        self._cells = NodalProjection(space, self._masses, (weights * samples.values) @ basis, mesh.comm)
+        self._volumes = self._cells.sum(self._masses.sum(axis=2))
+        self.known = self._cells.known
         counts = self.heard[:, 0] > 0
         self._low = mesh.comm.allreduce(float(samples.values[counts].min(initial=np.inf)), MPI.MIN)
         self._high = mesh.comm.allreduce(float(samples.values[counts].max(initial=-np.inf)), MPI.MAX)
 
-    def _sum(self, of_cells: Floats) -> Floats:
-        return sum_cells(self._space, of_cells[:, :, np.newaxis])[:, 0]
-
-    def _dot(self, one: Floats, other: Floats) -> float:
-        return float(self._comm.allreduce(float(one[: self._owned] @ other[: self._owned])))
-
     def nearest(self) -> Floats:
-        """The density at nodes that is nearest to the samples, by conjugate gradients."""
-        scale = np.where(self.known, self._diagonal, 1.0)
-        values = np.where(self.known, 0.5 * (self._low + self._high), 0.0)
-        residual = self._right - self._product(values)
-        direction = residual / scale
-        size, first = self._dot(residual, direction), self._dot(self._right, self._right / scale)
-        for _ in range(MOST_ITERATIONS):
-            if size <= 1e-31 * first:
-                break
-            product = self._product(direction)
-            length = size / self._dot(direction, product)
-            values, residual = values + length * direction, residual - length * product
-            new = self._dot(residual, residual / scale)
-            direction, size = residual / scale + new / size * direction, new
-        return values
-
-    def _product(self, values: Floats) -> Floats:
-        return self._sum(np.einsum("cij,cj->ci", self._masses, values[self._rows]))
+        """The density at nodes that is nearest to the samples."""
+        return self._cells.nearest(0.5 * (self._low + self._high))
 
     def limited(self) -> Floats:
         """The same of a linear density, within the bounds of the samples: as near to it as these let each cell be."""
         volumes = np.where(self.known, self._volumes, 1.0)
-        coarse = self._right / volumes
+        coarse = self._cells.right / volumes
         fine = self.nearest()[self._rows]
         # What makes the lumped projection the nearest, cell by cell, in which its sum is zero.
         flux = self._masses.sum(axis=2) * fine - np.einsum("cij,cj->ci", self._masses, fine)
         shares = np.ones_like(flux)
         for sign, end in ((1.0, self._high), (-1.0, self._low)):
             towards = np.maximum(sign * flux, 0.0)
-            whole, room = self._sum(towards), np.maximum(sign * (end - coarse), 0.0) * volumes
+            whole, room = self._cells.sum(towards), np.maximum(sign * (end - coarse), 0.0) * volumes
             part = np.minimum(1.0, np.divide(room, whole, out=np.ones_like(room), where=whole > 0))
             np.minimum(shares, np.where(towards > 0, part[self._rows], 1.0), out=shares)
-        return coarse + self._sum(shares.min(axis=1, keepdims=True) * flux) / volumes
+        return coarse + self._cells.sum(shares.min(axis=1, keepdims=True) * flux) / volumes

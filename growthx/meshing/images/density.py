@@ -13,12 +13,15 @@ from mpi4py import MPI
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError, shown
 from growthx.fem.cells import SIMPLICES
+from growthx.fem.projection import NodalProjection
 from growthx.meshing.images.relation import Relation
 from growthx.meshing.images.tally import Tally
-from growthx.meshing.sampling import nodes_of_cells, positions, split_rule, volume_ratios
+from growthx.meshing.sampling import dof_positions, nodes_of_cells, positions, split_rule, volume_ratios
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Floats, Indices
+    from collections.abc import Iterator
+
+    from growthx.common.arrays import Floats, Indices, Marks
     from growthx.meshing.images.voxels import Voxels
     from growthx.meshing.mesh import Mesh
 
@@ -139,27 +142,63 @@ class ScanDensity:
             logging.getLogger("growthx").warning("growthx: %s", notice)
         self._told.add(notice)
 
+    def at_nodes(self, space: dolfinx.fem.FunctionSpace, mesh: Mesh, cells: Indices) -> tuple[Floats, Marks]:
+        """The function of a space of shared nodes nearest to what it is the mean of, over some of the owned cells.
+
+        It has the same integral over them, and their linear fields as they are; below the floor it is the floor.
+        Returns values as in `x.array`, and at which nodes they are (collective); errors as above.
+        """
+        self.check_dimension(mesh.dim)
+        element, count = space.ufl_element(), space.dofmap.list.shape[1]
+        masses, right = (np.zeros((len(mesh.owned_cells), count, *more)) for more in ((count,), ()))
+        tally, total = Tally(), np.zeros(2)
+        for part, X, volumes, values in self._samples(mesh, cells, tally, 2 * element.basix_element.degree):
+            basis = element.tabulate(0, X)[0]
+            masses[part] = np.einsum("cp,pi,pj->cij", volumes, basis, basis, optimize=True)
+            right[part] = (volumes * values) @ basis
+            total += (volumes * values).sum(), volumes.sum()
+        self._judge(tally, mesh.comm, "points")
+        total, tally = mesh.comm.allreduce(total), Tally()
+        nearest = NodalProjection(space, masses, right, mesh.comm)
+        found = self._back(nearest.nearest(total[0] / total[1]))
+        owned = np.flatnonzero(nearest.known[: space.dofmap.index_map.size_local])
+        tally.found(found[owned], dof_positions(space, mesh)[owned, : mesh.dim], self.relation.floor)
+        self._judge(tally, mesh.comm, "nodes")
+        return np.maximum(found, self.relation.floor), nearest.known
+
     def _means(self, mesh: Mesh, cells: Indices) -> Floats:
-        """Of owned cells, by a rule in each of so many parts along their edges as the largest has voxels, 6 at most."""
-        nodes = nodes_of_cells(mesh)
-        size = mesh.comm.allreduce(float(np.ptp(nodes, axis=1).max(initial=0.0)), MPI.MAX)
+        """Of owned cells."""
+        tally, middle = Tally(), nodes_of_cells(mesh).mean(axis=1)[:, : mesh.dim]
+        means = np.empty(len(mesh.owned_cells))
+        for part, _, volumes, values in self._samples(mesh, cells, tally):
+            means[part] = self._back(np.einsum("cp,cp->c", volumes, values) / volumes.sum(axis=1))
+            if self.by != MODULUS:
+                tally.found(means[part], middle[part], self.relation.floor)
+        self._judge(tally, mesh.comm, "points" if self.by == MODULUS else "cells")
+        return np.maximum(means[cells], self.relation.floor)
+
+    def _back(self, means: Floats) -> Floats:
+        """Densities of means of what is averaged."""
+        return np.maximum(means, 0.0) ** (1 / self.density_exponent) if self.by == MODULUS else means
+
+    def _samples(
+        self, mesh: Mesh, cells: Indices, tally: Tally, degree: int = 0
+    ) -> Iterator[tuple[Indices, Floats, Floats, Floats]]:
+        """What is averaged, of some owned cells after others (collective).
+
+        By a rule in each of so many parts along their edges as the largest has voxels, 6 at most.  Yields cells, points
+        X of the reference cell, (points, dim), their volumes and values there, both (cells, points).
+        degree: of the rule, at least; it has the second on simplices, the third on others.
+        """
+        size = mesh.comm.allreduce(float(np.ptp(nodes_of_cells(mesh), axis=1).max(initial=0.0)), MPI.MAX)
         parts = int(np.clip(np.round(size / self.voxels.spacing.min()), 1, MOST_PARTS))
-        X, weights = split_rule(mesh.cell_name, parts, 2 if mesh.cell_name in SIMPLICES else 3)
-        middle = nodes.mean(axis=1)[:, : mesh.dim]
-        volumes = weights * volume_ratios(mesh, X)[cells]
-        means, tally = np.empty(len(cells)), Tally()
+        X, weights = split_rule(mesh.cell_name, parts, max(degree, 2 if mesh.cell_name in SIMPLICES else 3))
         step = max(1, AT_ONCE // len(X))
         for start in range(0, len(cells), step):
-            part = slice(start, start + step)
-            places = positions(mesh, X, cells[part])[:, :, : mesh.dim].reshape(-1, mesh.dim)
-            density = self._density(places, tally, slice(None)).reshape(-1, len(X))
-            shares = volumes[part] / volumes[part].sum(axis=1, keepdims=True)
+            part = cells[start : start + step]
+            places = positions(mesh, X, part)[:, :, : mesh.dim].reshape(-1, mesh.dim)
+            values = self._density(places, tally, slice(None)).reshape(-1, len(X))
             if self.by == MODULUS:
-                tally.found(density.ravel(), places, self.relation.floor)
-                powers = np.maximum(density, self.relation.floor) ** self.density_exponent
-                means[part] = np.sum(shares * powers, axis=1) ** (1 / self.density_exponent)
-            else:
-                means[part] = np.sum(shares * density, axis=1)
-                tally.found(means[part], middle[cells[part]], self.relation.floor)
-        self._judge(tally, mesh.comm, "points" if self.by == MODULUS else "cells")
-        return np.maximum(means, self.relation.floor)
+                tally.found(values.ravel(), places, self.relation.floor)
+                values = np.maximum(values, self.relation.floor) ** self.density_exponent
+            yield part, X, weights * volume_ratios(mesh, X, part), values

@@ -73,8 +73,8 @@ class Scan:
         by: "point" – where a density is, trilinear between the centres of voxels, or at the midpoint of a cell where
         one value per cell is asked for; "mean" – of the HU of each cell; "modulus" – of E ∝ ρⁿ of each cell, mapped
         back, with n the density_exponent.  Means are integrals by a rule of second or third degree in each of as many
-        parts of a cell along its edges as the largest has voxels, 6 at most.  Of densities continuous between cells,
-        nodes have the mean of the cells around them.
+        parts of a cell along its edges as the largest has voxels, 6 at most.  A start that is continuous between cells
+        is the nearest of its kind to that, in the mean square over what grows, with the same integral.
         largest: a density above it is refused, as HU or other units give them; numpy.inf for none.
         z: of a plane body, the coordinate of its slice along the axis that it does not have.  plane: that of the
         slice: the body's x, y are the scan's x, y ("axial"), x, z ("coronal") or y, z ("sagittal").

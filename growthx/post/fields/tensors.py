@@ -9,6 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
 
+AT_ONCE = 4096  # tensors whose numbers stay in the processor's cache
+
 
 def symmetric(entries: Floats) -> Floats:
     """Symmetric tensors, (…, dim, dim), of the entries on and above the diagonal, row by row, (…, 3 or 6)."""
@@ -26,11 +28,25 @@ def outer_values(entries: Floats) -> Floats:
     both known with all digits, also where two values meet: the sine by √(4 J₂³ − 27 J₃²) = √3 |s ∧ dev s²|, a sum of
     squares.  Errors are a few units in the last digit of the tensor's largest entry.
     """
-    if entries.shape[-1] == 3:
-        xx, xy, yy = np.moveaxis(entries, -1, 0)
-        middle, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-        return np.stack([middle - radius, middle + radius], axis=-1)
-    xx, xy, xz, yy, yz, zz = np.moveaxis(entries, -1, 0)
+    of_each = _outer_in_plane if entries.shape[-1] == 3 else _outer_in_space
+    rows = entries.reshape(-1, entries.shape[-1])
+    found = np.empty((len(rows), 2))
+    for start in range(0, len(rows), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        found[part, 0], found[part, 1] = of_each(np.ascontiguousarray(rows[part].T))
+    return found.reshape(*entries.shape[:-1], 2)
+
+
+def _outer_in_plane(entries: Floats) -> tuple[Floats, Floats]:
+    """Of entries by rows, (3, tensors)."""
+    xx, xy, yy = entries
+    middle, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    return middle - radius, middle + radius
+
+
+def _outer_in_space(entries: Floats) -> tuple[Floats, Floats]:
+    """Of entries by rows, (6, tensors)."""
+    xx, xy, xz, yy, yz, zz = entries
     middle = (xx + yy + zz) / 3
     parts = np.stack([xx - middle, yy - middle, zz - middle, xy, xz, yz])
     size = np.abs(parts).max(axis=0)
@@ -39,7 +55,7 @@ def outer_values(entries: Floats) -> Floats:
     third = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)
     cosine, sine = 3 * np.sqrt(3) * third, np.sqrt(3 * _parallelogram(a, b, c, d, e, f))
     angle, radius = np.arctan2(sine, cosine) / 3, 2 * size * np.sqrt(second / 3)
-    return np.stack([middle + radius * np.cos(angle + 2 * np.pi / 3), middle + radius * np.cos(angle)], axis=-1)
+    return middle + radius * np.cos(angle + 2 * np.pi / 3), middle + radius * np.cos(angle)
 
 
 def _parallelogram(a: Floats, b: Floats, c: Floats, d: Floats, e: Floats, f: Floats) -> Floats:

@@ -137,17 +137,18 @@ def _arrows(surface: Any, arrows: Sequence[Arrow]) -> tuple[list[tuple[Any, dict
 
     if not arrows:
         return [], []
-    size = surface.length
+    size, moved = surface.length, surface.warp_by_vector(MOVED)
     scale = ARROW_LENGTH * size / max(arrow.size for arrow in arrows)
     labels = dict.fromkeys(arrow.label for arrow in arrows)
     colours = {label: COLOURS[i % len(COLOURS)] for i, label in enumerate(labels)}
     shafts = []
     for arrow in arrows:
         shaft, place = scale * np.array(arrow.force), _nearest(surface, np.array(arrow.place))
+        place = place + np.asarray(surface.point_data[MOVED])[surface.find_closest_point(place)]
         length = float(np.linalg.norm(shaft))
         radius = min(THINNEST, 0.006 * size / length)
         shape = pyvista.Arrow(
-            start=place - shaft if _pushes(surface, place, shaft) else place,
+            start=place - shaft if _pushes(moved, place, shaft) else place,
             direction=shaft,
             scale=length,
             shaft_radius=radius,

@@ -71,7 +71,7 @@ def plane_of(wanted: Any, mesh: Mesh) -> Plane:
         named = NORMALS[wanted]
         axis = int(np.argmax(np.abs(named)))
         across, upward = (AXES[i] for i in range(3) if i != axis)
-        at = np.round(middle[axis] / np.max(high - low), 6) * np.max(high - low) + 0.0  # no round-off, no −0
+        (at,) = _rounded((float(middle[axis]),), float(np.max(high - low)))
         return Plane(tuple(middle), named, f"{wanted}, {AXES[axis]} = {at:.4g}   ({across} →, {upward} ↑)", True)
     if not isinstance(wanted, (tuple, list)) or len(wanted) != 2:
         raise InputError(
@@ -84,9 +84,17 @@ def plane_of(wanted: Any, mesh: Mesh) -> Plane:
         raise InputError(
             f"the plane has the point {point} and the normal {normal}: three numbers for each, not all zero, are needed"
         )
-    plane = Plane(point, tuple(np.array(normal) / length), f"through {_row(point)}, normal {_row(normal)}")
+    # What is written is rounded, as round-off of a user's own computation is no place.
+    size = max(float(np.max(high - low)), float(np.abs(point).max()))
+    label = f"through {_row(_rounded(point, size))}, normal {_row(_rounded(normal, float(np.abs(normal).max())))}"
+    plane = Plane(point, tuple(np.array(normal) / length), label)
     _check_cut(plane, mesh, low, high)
     return plane
+
+
+def _rounded(vector: tuple[float, ...], size: float) -> tuple[float, ...]:
+    """Without what is round-off beside a size, and without −0."""
+    return tuple((np.round(np.array(vector) / size, 6) * size + 0.0).tolist())
 
 
 def _row(vector: tuple[float, ...]) -> str:

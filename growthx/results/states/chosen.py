@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from growthx.meshing.sampling import positions
 from growthx.post.derived import CellFields, NodeFields, PointFields
 from growthx.post.fields.choice import ENDINGS
 from growthx.post.subcells import around_points
 from growthx.results.fields import Corners
 from growthx.results.series import open_series
-from growthx.results.states.grid import Grid, State, in_space
+from growthx.results.states.grid import State
+from growthx.results.states.pieces import Pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -69,12 +69,11 @@ class ChosenPointWriter:
 
     def __init__(self, choice: Choice, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         """keeping: see `FieldWriter`."""
-        self._problem, mesh = problem, problem.scene.mesh
+        mesh = problem.scene.mesh
         points = problem.variant.integration_points(mesh.cell_name)
-        self._parts = around_points(mesh.cell_name, points)
-        grid = Grid.of_pieces(self._parts.shape, positions(mesh, self._parts.X), self._parts.pieces)
+        self._pieces = Pieces(problem, around_points(mesh.cell_name, points))
         self._fields = PointFields(problem, points, choice.points)
-        self._file = open_series(folder / "points.pvd", grid, problem.comm, keeping)
+        self._file = open_series(folder / "points.pvd", self._pieces.grid, problem.comm, keeping)
 
     @property
     def last(self) -> float | None:
@@ -83,12 +82,8 @@ class ChosenPointWriter:
 
     def write(self, time: float) -> None:
         """Append the state at a time."""
-        u = self._problem.displacement_at(self._parts.X).reshape(-1, self._problem.scene.mesh.dim)
-        found = {
-            name: values[:, self._parts.points].reshape(-1, *values.shape[2:])
-            for name, values in self._fields.values().items()
-        }
-        self._file.write(State({"displacement": in_space(u)}, _named(found, "points")), time)
+        found = {name: self._pieces.of_points(values) for name, values in self._fields.values().items()}
+        self._file.write(State(self._pieces.displacement(), _named(found, "points")), time)
 
     def close(self) -> None:
         """Finish the files."""

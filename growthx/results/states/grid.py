@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import dolfinx.plot
 import numpy as np
 
-from growthx.meshing.content import AROUND
+from growthx.common.arrays import selection
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import dolfinx
 
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats, Indices, Selection
 
 TYPES = {"interval": 3, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}  # VTK's numbers
 
@@ -33,6 +34,11 @@ class Grid:
     kind: int
     nodes: Indices
 
+    @cached_property
+    def _selection(self) -> Selection:
+        """The nodes, as a selection that costs no copy where it can be one."""
+        return selection(self.nodes)
+
     @staticmethod
     def of_space(space: dolfinx.fem.FunctionSpace) -> Grid:
         """The cells with the nodes of a Lagrange space, continuous or not, as their points."""
@@ -42,22 +48,10 @@ class Grid:
         kind = int(kinds[0]) if len(kinds) else 0  # a rank without cells
         return Grid(places[nodes], cells.reshape(rows.shape), kind, nodes)
 
-    @staticmethod
-    def of_pieces(shape: str, corners: Floats, pieces: Indices) -> Grid:
-        """Pieces of every cell, which share no points with those of other cells.
-
-        corners: of the pieces of each cell, (cells, corners, 3).  pieces: rows of them, (pieces, corners of a piece).
-        """
-        count = corners.shape[1]
-        around = pieces[:, list(AROUND[shape])]
-        cells = count * np.arange(len(corners))[:, np.newaxis, np.newaxis] + around
-        points = corners.reshape(-1, 3)
-        return Grid(points, cells.reshape(-1, around.shape[1]), TYPES[shape], np.arange(len(points)))
-
     def values_of(self, function: dolfinx.fem.Function) -> Floats:
         """A function of the grid's space at its points, (points,), or (points, 3) of a vector, padded with zeros."""
         size = function.function_space.dofmap.bs
-        values = function.x.array.reshape(-1, size)[self.nodes]
+        values = function.x.array.reshape(-1, size)[self._selection]
         return values[:, 0] if size == 1 else in_space(values)
 
 
@@ -66,12 +60,14 @@ class State:
     """What is known at a time: by name, values at the points of a grid and in its cells.
 
     Each of shape (points or cells,), or (points or cells, 3).
+    beside: at points, what a series of several files has in them, for another series to show, and does not show itself.
     """
 
     at_points: Mapping[str, Floats]
     in_cells: Mapping[str, Floats] = field(default_factory=dict)
+    beside: Mapping[str, Floats] = field(default_factory=dict)
 
 
 def in_space(vectors: Floats) -> Floats:
     """Vectors of a plane, (…, 2), as VTK has them, with a third component of zero; those in space as they are."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+    return vectors if vectors.shape[1] == 3 else np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -1,15 +1,14 @@
 """VTK's files in XML: a part for each rank (.vtu), a file that joins them (.pvtu), and one that names all times (.pvd).
 
-Numbers are in binary, in base64: all digits, in a fraction of the time and room that text takes.
+Numbers are in binary, after the text that names them: all digits, in a fraction of the time and room that text takes.
 """
 
 from __future__ import annotations
 
-import base64
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
@@ -22,38 +21,47 @@ if TYPE_CHECKING:
 HEAD = f'<?xml version="1.0"?>\n<VTKFile type="{{}}" version="2.2" byte_order="{sys.byteorder.title()}Endian"'
 HEAD += ' header_type="UInt64">\n'
 END = "</VTKFile>\n"
+COUNT = np.dtype(np.uint64)  # of bytes, before each block of them
 NAMES = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
 
 
 class Part:
-    """The .vtu files of a rank, whose cells are encoded once."""
+    """The .vtu files of a rank, whose cells are laid out once."""
 
     def __init__(self, grid: Grid) -> None:
         points, corners = len(grid.points), grid.cells.shape[1]
-        ends = corners * np.arange(1, len(grid.cells) + 1)
-        self._head = f'<Piece NumberOfPoints="{points}" NumberOfCells="{len(grid.cells)}">\n'.encode()
-        self._cells = b"".join(
-            [
-                b"<Points>\n",
-                _array("Points", grid.points),
-                b"</Points>\n<Cells>\n",
-                _array("connectivity", grid.cells.astype(np.int32).ravel()),
-                _array("offsets", ends),
-                _array("types", np.full(len(grid.cells), grid.kind, dtype=np.uint8)),
-                b"</Cells>\n",
-            ]
-        )
+        whole = np.int32 if grid.cells.size < np.iinfo(np.int32).max else np.int64
+        self._head = f'<Piece NumberOfPoints="{points}" NumberOfCells="{len(grid.cells)}">\n'
+        self._cells = {
+            "Points": {"Points": np.ascontiguousarray(grid.points)},
+            "Cells": {
+                "connectivity": grid.cells.astype(np.int32).ravel(),
+                "offsets": corners * np.arange(1, len(grid.cells) + 1, dtype=whole),
+                "types": np.full(len(grid.cells), grid.kind, dtype=np.uint8),
+            },
+        }
 
-    def content(self, state: State, time: float) -> Iterator[bytes]:
+    def content(self, state: State, time: float) -> Iterator[bytes | memoryview]:
         """A file, part by part."""
-        yield HEAD.format("UnstructuredGrid").encode() + b"<UnstructuredGrid>\n<FieldData>\n"
-        yield f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}'.encode()
-        yield b"</DataArray>\n</FieldData>\n" + self._head + self._cells
-        for place, fields in (("PointData", state.at_points), ("CellData", state.in_cells)):
-            yield f"<{place}>\n".encode()
-            yield from (_array(name, values) for name, values in fields.items())
-            yield f"</{place}>\n".encode()
-        yield b"</Piece>\n</UnstructuredGrid>\n" + END.encode()
+        blocks: list[Floats] = []
+        lines = [HEAD.format("UnstructuredGrid"), "<UnstructuredGrid>\n<FieldData>\n"]
+        lines.append(f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}')
+        lines.append("</DataArray>\n</FieldData>\n" + self._head)
+        at_points = {**state.at_points, **state.beside}
+        start = 0
+        for place, fields in (self._cells | {"PointData": at_points, "CellData": state.in_cells}).items():
+            lines.append(f"<{place}>\n")
+            for name, values in fields.items():
+                lines.append(f'<DataArray {_kind(name, values)} format="appended" offset="{start}" />\n')
+                blocks.append(np.ascontiguousarray(values))
+                start += COUNT.itemsize + blocks[-1].nbytes
+            lines.append(f"</{place}>\n")
+        lines.append('</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_')
+        yield "".join(lines).encode()
+        for block in blocks:
+            yield COUNT.type(block.nbytes).tobytes()
+            yield block.data
+        yield ("\n</AppendedData>\n" + END).encode()
 
 
 def joined(state: State, parts: Iterable[str]) -> str:
@@ -82,7 +90,7 @@ def entries(file: Path) -> list[tuple[float, str]]:
         raise OSError(0, f"{file.name} is damaged: {error}") from error
 
 
-def write_whole(file: Path, content: Iterable[bytes], *, over: bool = False) -> None:
+def write_whole(file: Path, content: Iterable[bytes | memoryview], *, over: bool = False) -> None:
     """Write a file aside and put it in its place; OSError if that cannot be, and then it is as it was before.
 
     over: also over one that is there.  A program may be killed at any moment; that the disk itself has all of it is not
@@ -98,13 +106,6 @@ def write_whole(file: Path, content: Iterable[bytes], *, over: bool = False) -> 
         part.replace(file)
     finally:
         part.unlink(missing_ok=True)
-
-
-def _array(name: str, values: Any) -> bytes:
-    values = np.ascontiguousarray(values)
-    content = np.uint64(values.nbytes).tobytes() + values.tobytes()
-    head = f'<DataArray {_kind(name, values)} format="binary">'
-    return b"".join([head.encode(), base64.b64encode(content), b"</DataArray>\n"])
 
 
 def _kind(name: str, values: Floats) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from growthx.post.derived import chosen_fields
-from growthx.results.fields import FieldWriter
-from growthx.results.raw import raw_writer
+from growthx.results.fields import FieldWriter, tells_raw
+from growthx.results.raw import TwinWriter, raw_writer
 from growthx.results.states.chosen import makers
 
 if TYPE_CHECKING:
@@ -17,16 +16,16 @@ if TYPE_CHECKING:
     from growthx.results.series import Keeping
 
 
-MAKERS: tuple[Callable[..., Any], ...] = (FieldWriter, raw_writer)  # of a folder, a problem and a `Keeping`
-
-
 class StateWriter:
-    """Writes states, one after another in time, to the series of all `MAKERS`, or of chosen fields."""
+    """Writes states, one after another in time, to the series of the usual fields, or of chosen ones."""
 
     def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         """keeping: how the series are kept; None: as `Keeping()`."""
         choice = None if keeping is None else chosen_fields(keeping.fields)
-        self._writers = [make(folder, problem, keeping) for make in (MAKERS if choice is None else makers(choice))]
+        if choice is None:
+            self._writers = _usual(folder, problem, keeping)
+        else:
+            self._writers = [make(folder, problem, keeping) for make in makers(choice)]
 
     @property
     def last(self) -> float | None:
@@ -44,3 +43,11 @@ class StateWriter:
         """Finish the files."""
         for writer in self._writers:
             writer.close()
+
+
+def _usual(folder: Path, problem: Discretisation, keeping: Keeping | None) -> list[Any]:
+    """What people look for, and what is exactly as the variant knows it: in one file, where that has both."""
+    fields = FieldWriter(folder, problem, keeping)
+    if tells_raw(problem):
+        return [fields, TwinWriter(fields, folder, problem, keeping)]
+    return [fields, raw_writer(folder, problem, keeping)]
