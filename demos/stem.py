@@ -4,14 +4,14 @@ cobalt-chromium, in the same bone under the same loads, and what Gruen's zones l
     python demos/stem.py                        mpirun -n 2 python demos/stem.py
 
 Leaves a table on the terminal and, in results/stem (or the next free name), a picture for each stem: the density at the
-end, as it was carried into the mesh with the stem, and the difference.
+end, as it was carried into the mesh with the stem, and the difference.  `growthx stem --help` tells what can be varied
+without editing this file.
 """
 
 import growthx as gx
-from growthx.scenes.stem import COBALT_CHROMIUM, TITANIUM, scaled
+from growthx.scenes.stem import METALS, scaled
 
 STEPPING = gx.AdaptiveSteps(1e-2, equilibrium=1e-3)
-METALS = {"titanium": TITANIUM, "cobalt-chromium": COBALT_CHROMIUM}
 
 
 def main():
@@ -21,24 +21,13 @@ def main():
     folder = gx.results.free_folder("results/stem", mesh.comm)
     for metal, young in METALS.items():
         scene = gx.scenes.stem(mesh, carried, young=scaled(young), until=600.0)
-        start = gx.discretise(scene, gx.Q1P0)
+        start = gx.loaded(scene, gx.Q1P0)
         result = gx.solve(scene, gx.Q1P0, stepping=STEPPING)
-        before, after = (gx.zones.area_means(problem, scene.zones) for problem in (start, result.problem))
-        fields = gx.results.cell_fields(result.problem, ("strain_energy",))
-        energies = gx.zones.area_means(result.problem, scene.zones, values=fields["strain_energy"])
+        zones = gx.shielding(intact, start, result)
         gx.report.table(
-            f"bone around a stem of {metal} ({young:g} MPa), t = {result.time:g}",
-            ("zone", "density before", "after (g/cm³)", "change", "strain energy (MPa)"),
-            [
-                (
-                    name,
-                    f"{before[name]:.3f}",
-                    f"{after[name]:.3f}",
-                    f"{after[name] / before[name] - 1:+.1%}",
-                    f"{e:.4f}",
-                )
-                for name, e in energies.items()
-            ],
+            f"bone around a stem of {metal} ({young:g} MPa), t = {result.time:g}: g/cm³ and MPa",
+            next(iter(zones.values())).HEADER,
+            [zone.row(name) for name, zone in zones.items()],
             mesh.comm,
         )
         gx.compare(result, carried, picture=folder / f"{metal}.png", labels=(f"with {metal}", "intact"))

@@ -83,6 +83,7 @@ from growthx.post import plots as plots
 from growthx.post import wellposedness as wellposedness
 from growthx.post import zones as zones
 from growthx.post.comparing.comparison import compare as compare
+from growthx.post.comparing.shielding import shielding as shielding
 from growthx.results import ct as ct
 from growthx.results.density import read_density as read_density
 from growthx.run import RunEndedEarly as RunEndedEarly
@@ -90,6 +91,7 @@ from growthx.run import solve as solve
 from growthx.stepping.control import AdaptiveSteps as AdaptiveSteps
 from growthx.stepping.control import FixedSteps as FixedSteps
 from growthx.stepping.equilibrium import homeostasis as homeostasis
+from growthx.stepping.equilibrium import loaded as loaded
 from growthx.stepping.marching import march as march
 from growthx.stepping.record import Result as Result
 from growthx.stepping.time_schemes import IMPLICIT_EULER as IMPLICIT_EULER

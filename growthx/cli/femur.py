@@ -21,7 +21,8 @@ class BoneOptions:
     """What the options that femora in the plane and in space have in common say in each.
 
     size: whose cells are taken.  mesh, zones: what they must have.  combination: ways to combine the loads;
-    taken: one of these.  weights: of what, and which are taken.  until: end time.  step: Δt.  ramp: over what the load rises.
+    taken: one of these.  weights: of what, and which are taken.  until: end time.  step: Δt.
+    ramp: over what the load rises.
     """
 
     size: str

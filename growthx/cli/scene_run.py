@@ -45,10 +45,11 @@ FIELDS = (
 
 def of_scene(scene: SceneCommand) -> Command:
     """The command that solves a scene."""
-    return Command(scene.name, scene.help, partial(_arguments, scene), partial(_run, scene))
+    return Command(scene.name, scene.help, partial(arguments, scene), partial(run, scene))
 
 
-def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
+def arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
+    """The options of a scene's command."""
     parser.add_argument("--variant", metavar="NAME", help=VARIANTS)
     scene.arguments(parser)
     parser.add_argument(
@@ -75,7 +76,8 @@ def _arguments(scene: SceneCommand, parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of tables")
 
 
-def _run(command: SceneCommand, options: argparse.Namespace) -> int:
+def run(command: SceneCommand, options: argparse.Namespace) -> int:
+    """Solve a scene as the options ask for, on all ranks; returns the exit status."""
     from growthx.cli import report
     from growthx.constitutive.elastic import catalogue
     from growthx.discretisation import variants
@@ -85,21 +87,15 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     from growthx.results import summary
 
     variant = None if options.variant is None else variants.named(options.variant)
-    energy = None if options.energy is None else catalogue.named(options.energy)
-    stepping = _stepping(options)
+    if options.energy is not None:
+        catalogue.named(options.energy)
+    stepping = stepping_of(options)
     scan.check(options)
     laws.check(options)
     if command.by_gmsh:
         load_gmsh()
     start = time.perf_counter()
-    scene = command.build(options)
-    if energy is not None:
-        scene = with_energy(scene, energy)
-    scene = loads.with_loads(laws.with_laws(scene, options), options)
-    if not command.in_space and options.plane is not None:
-        scene = replace(scene, plane=options.plane)
-    if options.bounds is not None:
-        scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
+    scene = adapted(command.build(options), options)
     scanned = scan.density(options, scene.mesh)
     if scanned is not None:
         scene = replace(scene, initial_density=scanned)
@@ -127,6 +123,20 @@ def _run(command: SceneCommand, options: argparse.Namespace) -> int:
     picture.draw(options, result, command)
     states.draw(options, result, command.drawn_in)
     return status
+
+
+def adapted(scene: Scene, options: argparse.Namespace) -> Scene:
+    """The scene with the stored energy, law, loads, plane and bounds that the options ask for."""
+    from growthx.constitutive.elastic import catalogue
+
+    if options.energy is not None:
+        scene = with_energy(scene, catalogue.named(options.energy))
+    scene = loads.with_loads(laws.with_laws(scene, options), options)
+    if getattr(options, "plane", None) is not None:
+        scene = replace(scene, plane=options.plane)
+    if options.bounds is not None:
+        scene = replace(scene, growth=replace(scene.growth, bounds=tuple(options.bounds)))
+    return scene
 
 
 def _solved(scene: Scene, variant: Variant, stepping: Stepping, options: argparse.Namespace) -> tuple[Result, int]:
@@ -212,7 +222,7 @@ def _add_checkpoints(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _stepping(options: argparse.Namespace) -> Stepping:
+def stepping_of(options: argparse.Namespace) -> Stepping:
     """The way through time that the options ask for."""
     from growthx.stepping import time_schemes
     from growthx.stepping.control import AdaptiveSteps, FixedSteps

@@ -20,7 +20,7 @@ from growthx.fem import compat
 from growthx.meshing import files
 from growthx.meshing.mesh import Mesh
 from growthx.meshing.transferred import TransferredDensity
-from growthx.scenes.anatomy import ABDUCTOR_INSERTION, HEAD_CENTRE, along_outline
+from growthx.scenes.anatomy import ABDUCTOR_INSERTION, HEAD_CENTRE, HEAD_RADIUS, along_outline
 from growthx.scenes.femur import AVERAGE, Femur, femur
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 BONE_YOUNG = 500.0  # MPa, of bone of the reference density in the plane model
 CORTEX = 1.8  # g/cm³, of the plane model's cortex
 TITANIUM, COBALT_CHROMIUM = 110_000.0, 200_000.0  # MPa
+METALS = {"titanium": TITANIUM, "cobalt-chromium": COBALT_CHROMIUM}
 CORTICAL = 17_000.0  # MPa, of bone in truth
 MIDDLE = -0.5  # x of the middle of the shaft
 CUT = np.array([[30.40, 100.90], [13.00, 129.40]])  # ends of the cut through the neck
@@ -121,6 +122,8 @@ def stem(
     thickness: float = 30.0,
     weights: tuple[float, float, float] = AVERAGE,
     separate: bool = False,
+    n: float = 2.0,
+    m: float = 3.0,
     step: float = 4.0,
     until: float = 160.0,
 ) -> Femur:
@@ -132,19 +135,19 @@ def stem(
     head_radius: of the head that bears the joint's force, 24 of the femur's own.
     Everything else as for `femur`.  Its zones are Gruen's, of a stem as long as the mesh's.
     """
-    ends = along_outline(*ABDUCTOR_INSERTION, 3)
+    for region in ("bone", "stem"):
+        mesh.region(region)
     own = femur(
         mesh,
-        head=(*HEAD_CENTRE, head_radius),
-        trochanter=(tuple(ends[0]), tuple(ends[-1])),
+        **own_places(head_radius),
         thickness=thickness,
         weights=weights,
         separate=separate,
+        n=n,
+        m=m,
         step=step,
         until=until,
     )
-    for region in ("bone", "stem"):
-        mesh.region(region)
     if young is not None:
         require_number(young, "Young's modulus of the stem (MPa)", "a positive number", lambda E: E > 0)
     moduli: Field = {"bone": BONE_YOUNG, "stem": young} if young is not None else _as_bone(mesh, density, own.material)
@@ -158,6 +161,12 @@ def stem(
         program=replace(own.program, ramp=0.0),
         zones=gruen(_tip(mesh)),
     )
+
+
+def own_places(head: float = HEAD_RADIUS) -> dict[str, Any]:
+    """Where head, of a radius (mm), and trochanter of our own outline are, as `femur` takes them with a mesh of it."""
+    ends = along_outline(*ABDUCTOR_INSERTION, 3)
+    return {"head": (*HEAD_CENTRE, head), "trochanter": (tuple(ends[0]), tuple(ends[-1]))}
 
 
 def _as_bone(mesh: Mesh, density: Field, material: Any) -> dolfinx.fem.Function:

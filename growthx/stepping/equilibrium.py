@@ -48,10 +48,36 @@ def homeostasis(scene: Scene, variant: Variant, *, load_steps: int = 10, toleran
         )
     problem = discretise(scene, variant)
     with Newton(problem.system, NewtonSettings(tolerance)) as newton:
-        for k in range(1, int(load_steps) + 1):
-            _step(problem, newton, SHORT * scene.program.step, k / load_steps)
+        _load(problem, newton, int(load_steps))
         _relax(problem, newton)
     return problem
+
+
+def loaded(scene: Scene, variant: Variant, *, load_steps: int = 1, tolerance: float = 1e-10) -> Discretisation:
+    """The scene discretised by a variant, in balance under its full loads at its initial density: nothing has grown.
+
+    Loads with a history are those of the program's end.  load_steps: in which the loads grow.
+    Raises EndedEarly where no balance is found.
+
+    Example:
+        >>> problem = gx.loaded(gx.scenes.plate(2), gx.Q1P0)
+        >>> energies = gx.results.cell_fields(problem, ["strain_energy"])["strain_energy"]
+        >>> f"{problem.mean_density():.6f}", bool(energies.min() > 0)
+        ('1.000000', True)
+    """
+    check_scene(scene, variant)
+    check_tolerance(tolerance)
+    require_number(load_steps, "the number of load steps", "a whole number from 1", lambda k: k >= 1 and k == int(k))
+    problem = discretise(scene, variant)
+    with Newton(problem.system, NewtonSettings(tolerance)) as newton:
+        _load(problem, newton, int(load_steps))
+    return problem
+
+
+def _load(problem: Discretisation, newton: Newton, steps: int) -> None:
+    """Let the loads grow at the initial density."""
+    for k in range(1, steps + 1):
+        _step(problem, newton, SHORT * problem.scene.program.step, k / steps)
 
 
 def _relax(problem: Discretisation, newton: Newton) -> None:

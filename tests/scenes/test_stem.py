@@ -17,11 +17,16 @@ STEPPING = gx.AdaptiveSteps(1e-2, equilibrium=1e-3)
 
 
 @cache
+def intact_femur():
+    """The run of the femur without a stem."""
+    return gx.solve(gx.scenes.femur(until=1000.0), gx.Q1P0, stepping=STEPPING)
+
+
+@cache
 def stem():
     """The mesh with the stem, and the density of the intact femur in it."""
-    intact = gx.solve(gx.scenes.femur(until=1000.0), gx.Q1P0, stepping=STEPPING)
     mesh = gx.scenes.stem_mesh()
-    return mesh, gx.transfer(intact, mesh, gx.Q1P0, outside=1.2)
+    return mesh, gx.transfer(intact_femur(), mesh, gx.Q1P0, outside=1.2)
 
 
 def changes(scene):
@@ -88,6 +93,37 @@ def test_energy_of_the_zones():
     zones = gx.zones.area_means(problem, result.scene.zones, values=energies)
     stiff = lost(COBALT_CHROMIUM)[1].problem
     assert gx.zones.area_means(stiff, result.scene.zones, values=strain_energy(stiff))["Gruen 7"] < zones["Gruen 7"]
+
+
+def test_energies_before_and_after_the_operation():
+    """Beside the density that they drive: of the same bone while intact, at once with a stem, and at the end.
+
+    A stem of bone leaves them as they were; metal takes energy from the calcar at once, and bone about it follows.
+    """
+    intact, mesh, carried = intact_femur(), *stem()
+    scene = gx.scenes.stem(mesh, carried, young=scaled(TITANIUM), until=600.0)
+    start = gx.loaded(scene, gx.Q1P0)
+    assert start.densities_of_cells() == pytest.approx(gx.discretise(scene, gx.Q1P0).densities_of_cells(), rel=1e-9)
+    found = gx.shielding(intact, start, lost(TITANIUM)[1])
+    changed = {name: zone.change for name, zone in found.items()}
+    assert list(changed.values()) == pytest.approx(lost(TITANIUM)[0], rel=1e-6)
+    calcar, tip = found["Gruen 7"], found["Gruen 4"]
+    assert calcar.energy_before < 0.5 * calcar.energy_intact and calcar.energy_after < 0.5 * calcar.energy_intact
+    assert tip.energy_before == pytest.approx(tip.energy_intact, rel=0.1)
+    own = intact.problem  # its energies in the same polygon, which holds bone that is taken out, too
+    whole = gx.zones.area_means(own, {"tip": scene.zones["Gruen 4"]}, values=strain_energy(own))["tip"]
+    assert tip.energy_intact == pytest.approx(whole, rel=0.03)
+    assert [len(zone.row(name)) for name, zone in found.items()] == 7 * [len(calcar.HEADER)]
+
+
+def test_energies_of_two_meshes_or_another_body_are_refused():
+    """A table of what became of the bone is of one mesh with the stem, in the body that was intact."""
+    _, result = lost(TITANIUM)
+    with pytest.raises(gx.InputError, match="are on two meshes"):
+        gx.shielding(result, intact_femur(), result)
+    small = gx.loaded(gx.scenes.plate(2), gx.Q1P0)
+    with pytest.raises(gx.InputError, match="lie outside the body of the run"):
+        gx.shielding(small, result, result)
 
 
 def test_zones_are_those_of_bone_alone():

@@ -10,7 +10,9 @@ import numpy as np
 
 from growthx.common.errors import InputError
 from growthx.common.words import place_in_words, quoted
+from growthx.discretisation.transfers.grown import cell_numbers, grown
 from growthx.discretisation.transfers.recovery import values_in_cell, volumes_of_densities
+from growthx.discretisation.variants import PerCell
 from growthx.fem.cells import SIMPLICES
 from growthx.meshing.closest import nearest
 from growthx.meshing.sampling import cells_at, positions, volume_ratios
@@ -19,11 +21,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from growthx.common.arrays import Floats, Indices, Marks
+    from growthx.discretisation.discretisation import Discretisation
     from growthx.discretisation.transfers.grown import GrownDensity
     from growthx.discretisation.variants import Variant
     from growthx.meshing.mesh import Mesh
 
 BESIDE = 0.25  # of a cell's size: how far beside the body a point may be that another mesh has of the same curve
+FIELD_DEGREE = 4  # up to which fields are integrated in each cell
 ROUND_OFF = 1e-9  # relative to the size of the body
 
 
@@ -172,3 +176,27 @@ def _with_masses(
         values = values + share[groups] * room
     factor = np.divide(masses, sums(weights * values), out=np.ones_like(masses), where=masses > 0)
     return replace(samples, values=values * factor[groups])
+
+
+def means_of_cells(source: Discretisation, values: Floats, mesh: Mesh, cells: Indices) -> Floats:
+    """Values of the owned cells of one body, (its owned cells,), as means over some owned cells of another mesh.
+
+    cells: of that mesh.  Returns shape (owned cells of the mesh,), zero in the others (collective).
+    Raises InputError if any of them lies beside the body.
+    """
+    run = grown(source)
+    of_body = np.empty((len(run.cells), 1))
+    numbers = cell_numbers(source.scene.mesh.domain)[: len(values)]
+    for rows, part in source.comm.allgather((numbers, values)):
+        of_body[rows, 0] = part
+    X, weights = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[mesh.cell_name], FIELD_DEGREE))
+    volumes = weights * volume_ratios(mesh, X, cells)
+    places = positions(mesh, X, cells)[:, :, : mesh.dim].reshape(-1, mesh.dim)
+    found, distance, allowed = _evaluated(replace(run, density=PerCell(), densities=of_body), places)
+    far = distance > np.maximum(allowed, ROUND_OFF * float(np.ptp(run.points, axis=0).max()))
+    whole, missing = mesh.comm.allreduce(np.array([volumes.sum(), volumes.sum(where=far.reshape(volumes.shape))]))
+    if missing > 0:
+        _refuse(run, mesh, places[far], missing / whole)
+    means = np.zeros(len(mesh.owned_cells))
+    means[cells] = np.sum(volumes * found[0].reshape(volumes.shape), axis=1) / volumes.sum(axis=1)
+    return means
