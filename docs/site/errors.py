@@ -107,7 +107,7 @@ def page() -> str:
         if message.module != module:
             module = message.module
             told += ["", f"### {module}", ""]
-        told.append(f'- <span id="{message.anchor}"></span>{_plain(message.text)} [¶](#{message.anchor})')
+        told.append(f'- {_plain(message.text)} <a id="{message.anchor}" href="#{message.anchor}">¶</a>')
     return "\n".join(told) + "\n"
 
 

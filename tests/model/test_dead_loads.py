@@ -75,7 +75,7 @@ def test_its_arrow_is_in_the_picture(shared_folder):
     problem = gx.solve(block(square(6), loads=(Belt("right", (0.1, -0.05), 0.7),)), gx.Q1).problem
     for loads in (True, False):
         path = shared_folder / f"{loads}.png"
-        plots.density(problem, path, loads=loads)
+        plots.density(problem, path, arrows=loads)
         COMM.barrier()
         image = matplotlib.image.imread(path)[:, :, :3]
         found = np.count_nonzero(np.abs(image - colour).max(axis=2) < 0.02)

@@ -256,7 +256,7 @@ def test_pictures_that_could_not_be_written_are_refused_before(name, monkeypatch
             "nothing of the body is above 3: its density reaches from 1.12",
         ),
         (lambda p, f: plots.threshold(p, f, above="1"), "the lower bound of what is drawn is '1'"),
-        (lambda p, f: plots.cutaway(p, f, loads=0), "loads, of a picture, is 0"),
+        (lambda p, f: plots.cutaway(p, f, arrows=0), "arrows, of a picture, is 0"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_one_sentence(draw, sentence, shared_folder):

@@ -12,10 +12,10 @@ WITHOUT_ADVICE = 7
 def test_every_message_is_on_the_page():
     """With an anchor of its own, in the order of the code, whatever it quotes."""
     page = errors.page()
-    anchors = re.findall(r'<span id="([\w-]+)">', page)
+    anchors = re.findall(r'<a id="([\w-]+)"', page)
     assert anchors == [message.anchor for message in FOUND]
     assert len(set(anchors)) == len(anchors) > 400
-    assert all(f"](#{anchor})" in page for anchor in anchors)
+    assert all(f'href="#{anchor}"' in page for anchor in anchors)
 
 
 def test_known_messages_have_the_anchors_that_were_linked():
