@@ -93,7 +93,11 @@ GROUPS = (
     ),
     Group("loads", "Loads", ("model.loads", "model.open_loads", "model.arrows", "model.actions")),
     Group("meshes", "Meshes", ("meshing",)),
-    Group("materials", "Materials and stored energies", ("constitutive.material", "constitutive.e")),
+    Group(
+        "materials",
+        "Materials and stored energies",
+        ("constitutive.material", "constitutive.e", "constitutive.weights"),
+    ),
     Group("growth", "Growth laws", ("constitutive.growth", "constitutive.laws", "constitutive.sources")),
     Group("transport", "Mass that moves", ("constitutive.flux", "model.transport")),
     Group("discretisations", "Discretisations", ("discretisation.",)),
