@@ -89,7 +89,9 @@ class Group:
 
 GROUPS = (
     Group(
-        "scene", "Scenes, supports and programs", ("model.scene", "model.supports", "model.program", "model.inertia")
+        "scene",
+        "Scenes, supports and programs",
+        ("model.scene", "model.supports", "model.program", "model.inertia", "constitutive.kinematics"),
     ),
     Group("loads", "Loads", ("model.loads", "model.open_loads", "model.arrows", "model.actions")),
     Group("meshes", "Meshes", ("meshing",)),
