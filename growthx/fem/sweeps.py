@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices
 
 FEWEST = 4000  # cells of a rank, on the average, from which on the compilation is worth it
+FEWEST_ENTRIES = 500  # so many times as many entries, of all cells' matrices: a tangent is made more seldom
 MOST_ENTRIES = 4096  # of a cell's matrix, and of what it gathers: more would not stay near the CPU
 WIDTH = 4  # lanes that are worth it
 
@@ -281,7 +282,8 @@ def of_matrices(
     displacements = _size(space)
     entries = (displacements + densities) ** 2
     spaces = [space, *(coefficient.function_space for coefficient in together)]
-    if not (_is_worth_it(space.mesh) and entries <= MOST_ENTRIES and _can_be_gathered(spaces)):
+    fewest = FEWEST * FEWEST_ENTRIES / entries
+    if not (_is_worth_it(space.mesh, fewest) and entries <= MOST_ENTRIES and _can_be_gathered(spaces)):
         return None
     starts = tuple(
         zip(
@@ -300,7 +302,7 @@ def of_matrices(
 def of_vectors(weak_form: ufl.Form, form: dolfinx.fem.Form) -> VectorSweep | None:
     """What adds up a linear form, given as it was compiled, several cells at once; None if one by one (collective)."""
     space = weak_form.arguments()[0].ufl_function_space()
-    if not _is_worth_it(space.mesh) or any(each.integral_type() != "cell" for each in weak_form.integrals()):
+    if not _is_worth_it(space.mesh, FEWEST) or any(each.integral_type() != "cell" for each in weak_form.integrals()):
         return None
     comm = steady(space.mesh.comm)
     ufcx_form, _ = kernels.generated(comm, weak_form)
@@ -319,11 +321,11 @@ def used(weak_form: ufl.Form, ufcx_form: Any) -> list[dolfinx.fem.Function]:
     return [coefficients[positions[i]] for i in range(ufcx_form.num_coefficients)]
 
 
-def _is_worth_it(domain: dolfinx.mesh.Mesh) -> bool:
-    """Whether there are so many cells, and numbers as the kernels have them; the same on all ranks."""
+def _is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
+    """Whether there are so many cells on a rank, and numbers as the kernels have them; the same on all ranks."""
     cells = domain.topology.index_map(domain.topology.dim).size_global
     known = compat.CELLS_OF_INTEGRALS and np.dtype(dolfinx.default_scalar_type) == np.float64
-    return known and domain.geometry.x.dtype == np.float64 and cells >= FEWEST * domain.comm.size
+    return known and domain.geometry.x.dtype == np.float64 and cells >= fewest * domain.comm.size
 
 
 def _can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
