@@ -77,9 +77,10 @@ def resultant(mesh: Mesh, boundary: str, intensity: Callable[[Floats], Floats]) 
     Zero where parts of it that balance each other leave no more than round-off.
     """
     facets = mesh.owned_facets(boundary)
-    sizes, here = facet_sizes(mesh, facets), np.zeros((mesh.dim, 0))
+    sizes = facet_sizes(mesh, facets)
+    here: Floats = np.zeros((mesh.dim, 0))
     if len(facets):
         here = intensity(dolfinx.mesh.compute_midpoints(mesh.domain, mesh.dim - 1, facets).T)
     *force, most = mesh.comm.allreduce(np.append(here @ sizes, np.linalg.norm(here, axis=0) @ sizes))
-    whole = np.array(force)
-    return tuple((whole if np.linalg.norm(whole) > ROUND_OFF * most else 0 * whole).tolist())
+    whole = np.array(force, dtype=float)
+    return tuple(float(each) for each in (whole if np.linalg.norm(whole) > ROUND_OFF * most else 0 * whole))

@@ -19,7 +19,7 @@ from growthx.model.arrows import facet_sizes
 from growthx.scenes.anatomy import OFF_HEAD
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Floats, Indices
+    from growthx.common.arrays import Floats, Indices, Marks
     from growthx.meshing.mesh import Mesh
 
 NAMES = ("head", "trochanter", "distal")  # of the boundaries that a femur's mesh has
@@ -225,7 +225,8 @@ def corners(mesh: Mesh, name: str) -> Floats:
 def loaded_area(mesh: Mesh, on: str, weight: Cap | Attachment) -> tuple[float, int]:
     """Area (mm²) and number of the facets of a boundary at whose middles a load has weight (collective)."""
     facets = mesh.owned_facets(on)
-    areas, loaded = facet_sizes(mesh, facets), np.zeros(0, dtype=bool)
+    areas = facet_sizes(mesh, facets)
+    loaded: Marks = np.zeros(0, dtype=bool)
     if len(facets):
         loaded = weight(dolfinx.mesh.compute_midpoints(mesh.domain, 2, facets).T) > 0
     area, count = mesh.comm.allreduce(np.array([areas @ loaded, np.count_nonzero(loaded)], dtype=float))

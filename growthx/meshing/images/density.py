@@ -197,7 +197,7 @@ class ScanDensity:
         for start in range(0, len(cells), step):
             part = cells[start : start + step]
             places = positions(mesh, X, part)[:, :, : mesh.dim].reshape(-1, mesh.dim)
-            values = self._density(places, tally, slice(None)).reshape(-1, len(X))
+            values: Floats = self._density(places, tally, slice(None)).reshape(-1, len(X))
             if self.by == MODULUS:
                 tally.found(values.ravel(), places, self.relation.floor)
                 values = np.maximum(values, self.relation.floor) ** self.density_exponent

@@ -94,7 +94,7 @@ def plane_of(wanted: Any, mesh: Mesh) -> Plane:
 
 def _rounded(vector: tuple[float, ...], size: float) -> tuple[float, ...]:
     """Without what is round-off beside a size, and without −0."""
-    return tuple((np.round(np.array(vector) / size, 6) * size + 0.0).tolist())
+    return tuple(float(each) for each in np.round(np.array(vector) / size, 6) * size + 0.0)
 
 
 def _row(vector: tuple[float, ...]) -> str:

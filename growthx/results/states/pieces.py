@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from growthx.meshing.content import AROUND
-from growthx.meshing.sampling import positions
+from growthx.meshing.sampling import positions, reference_corners
 from growthx.results.states.grid import TYPES, Grid, in_space
 
 if TYPE_CHECKING:
@@ -58,9 +58,9 @@ def joined(mesh: Mesh, X: Floats) -> tuple[Indices, Indices]:
     """
     domain, cells = mesh.domain, len(mesh.owned_cells)
     domain.topology.create_connectivity(mesh.dim, 0)
-    corners = domain.topology.connectivity(mesh.dim, 0).array
-    corners = corners.reshape(-1, len(basix.geometry(basix.CellType[mesh.cell_name])))[:cells].astype(np.int64)
-    weights = basix.ufl.element("Lagrange", mesh.cell_name, 1).tabulate(0, X)[0]
+    corners = np.asarray(domain.topology.connectivity(mesh.dim, 0).array, dtype=np.int64)
+    corners = corners.reshape(-1, len(reference_corners(mesh.cell_name)))[:cells]
+    weights: Floats = np.asarray(basix.ufl.element("Lagrange", mesh.cell_name, 1).tabulate(0, X))[0]
     codes = np.rint(weights * DIGITS).astype(np.int64)
     first, numbers = np.empty(0, dtype=np.int64), np.empty((cells, len(X)), dtype=np.int64)
     support = (np.abs(codes) > 1).sum(axis=1)  # corners that have a weight

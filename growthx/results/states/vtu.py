@@ -6,9 +6,9 @@ Numbers are in binary, after the text that names them: all digits, in a fraction
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -32,7 +32,7 @@ class Part:
         points, corners = len(grid.points), grid.cells.shape[1]
         whole = np.int32 if grid.cells.size < np.iinfo(np.int32).max else np.int64
         self._head = f'<Piece NumberOfPoints="{points}" NumberOfCells="{len(grid.cells)}">\n'
-        self._cells = {
+        self._cells: dict[str, Mapping[str, Any]] = {
             "Points": {"Points": np.ascontiguousarray(grid.points)},
             "Cells": {
                 "connectivity": grid.cells.astype(np.int32).ravel(),
@@ -47,9 +47,9 @@ class Part:
         lines = [HEAD.format("UnstructuredGrid"), "<UnstructuredGrid>\n<FieldData>\n"]
         lines.append(f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}')
         lines.append("</DataArray>\n</FieldData>\n" + self._head)
-        at_points = {**state.at_points, **state.beside}
+        found = {"PointData": {**state.at_points, **state.beside}, "CellData": state.in_cells}
         start = 0
-        for place, fields in (self._cells | {"PointData": at_points, "CellData": state.in_cells}).items():
+        for place, fields in (*self._cells.items(), *found.items()):
             lines.append(f"<{place}>\n")
             for name, values in fields.items():
                 lines.append(f'<DataArray {_kind(name, values)} format="appended" offset="{start}" />\n')
