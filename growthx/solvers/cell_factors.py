@@ -30,6 +30,7 @@ class CellFactors:
     """The context of a PETSc PC of type "python" that needs no matrix.
 
     work: operations of a factorisation for each entry of a factor; zero before the first one.
+    leaves_out_coupling: whether there are load cases that densities couple.
     """
 
     def __init__(self, library: Any, problem: NonlinearProblem) -> None:
@@ -48,6 +49,7 @@ class CellFactors:
         self._factors: dict[int, Factor] = {}
         self._values: dict[int, Floats] = {}  # until the first solutions were looked at
         self.work = 0.0
+        self.leaves_out_coupling = len(parts) > 1
         self.name = NAME if len(parts) == 1 else f"{NAME} of each load case"
 
     @property

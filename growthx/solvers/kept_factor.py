@@ -5,9 +5,9 @@ last few steps (a secant method on the kept factor) makes it several times faste
 method: the residual is exact, and the same tolerance ends the iteration.
 
 When a new factor pays is decided by counts, not by clocks, so that two runs do the same: within a solution where more
-iterations are still to come, at the rate of the last one, than it costs, and from one solution to the next as any
-machine is replaced that wears out: when the last solution has taken more than the mean of all that were made with it,
-its own cost included.
+iterations are still to come, at the rate of the last one, than it costs and leaves to do, and from one solution to the
+next as any machine is replaced that wears out: when the last solution has taken more than the mean of all that were
+made with it, its own cost included.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from growthx.common.arrays import Floats
+    from growthx.solvers.linear_solvers import Renewal
     from growthx.solvers.round_off import RoundOff
 
 DEPTH = 5  # steps that are mixed
@@ -45,16 +46,16 @@ class KeptFactor:
         untouched: float,
         largest_share: Callable[[Floats, Floats], float],
         round_off: RoundOff,
-        cost: Callable[[], float],
+        renewal: Callable[[], Renewal],
     ) -> None:
         """untouched: norm of the residual above which a first iterate is never the solution.
 
         largest_share: of a step that may be taken from a position, both of owned unknowns; the same on all ranks.
         round_off: of the residual, at which it is the solution.
-        cost: of a new tangent and its factor, in iterations with an old one.
+        renewal: what a new tangent and its factor cost and bring now.
         """
         self._untouched, self._largest_share, self._round_off = untouched, largest_share, round_off
-        self._cost, self._wear = cost, _Wear()
+        self._renewal, self._wear = renewal, _Wear()
         self.bold = False  # whether steps are full ones of Newton's method, see `Newton.solve`
         self.shortest_step = 1.0  # share of a step that was taken in the last call
         self.round_off = 0.0  # norm of it, if that was what ended the last call
@@ -87,7 +88,7 @@ class KeptFactor:
             if not self._factorised:
                 self._mixing = _Mixing()  # the memory is needed now
                 at.factorise()
-                self._factorised, self._wear = True, _Wear(self._cost())
+                self._factorised, self._wear = True, _Wear(self._renewal().cost)
             fresh = at.is_factorised_here or self.bold
             newton = at.newton_step()
             if newton is None:
@@ -104,7 +105,7 @@ class KeptFactor:
                 return CONVERGED
             if not moved and fresh:
                 return "DIVERGED_LINE_SEARCH"
-            self._factorised = moved and not self.bold and not at.is_slow(before, self._wear.cost)
+            self._factorised = moved and not self.bold and not at.is_slow(before, self._renewal())
 
     def _is_at_round_off(self, at: _Iteration) -> bool:
         norm = self._round_off.norm(at.position, at.residual)
@@ -201,11 +202,12 @@ class _Iteration:
             self._snes.computeFunction(self._trial, self._trial_residual)
         return False
 
-    def is_slow(self, before: float, most: float) -> bool:
-        """Whether the rate of the last step, from a norm before, would need more than so many more."""
+    def is_slow(self, before: float, renewal: Renewal) -> bool:
+        """Whether the rate of the last step, from a norm before, would need more than a renewal costs and leaves."""
         if self.norm <= self.tolerance:
             return False
-        return math.log(self.norm / self.tolerance) > most * math.log(before / self.norm)
+        digits = math.log10(self.norm / self.tolerance)
+        return digits > (renewal.cost + digits / renewal.pace) * math.log10(before / self.norm)
 
     @property
     def norm(self) -> float:

@@ -63,7 +63,7 @@ class Newton:
         else:
             untouched = settings.untouched * self._force_scale
             self._kept = KeptFactor(
-                untouched, problem.largest_share, self._round_off, lambda: self.linear_solver.renewal_cost
+                untouched, problem.largest_share, self._round_off, lambda: self.linear_solver.renewal
             )
             snes.setType("python")
             snes.setPythonContext(self._kept)

@@ -50,7 +50,9 @@ class Tangent:
     def _use_matrix(self, *, full: bool = False, single: bool = True) -> None:
         self.matrix = petsc.create_matrix(self._problem.coupling)
         ksp = self._snes.getKSP()
-        self.solver = linear_solvers.set_up(ksp, self._problem, self.matrix, direct=full, single=single)
+        self.solver = linear_solvers.set_up(
+            ksp, self._problem, self.matrix, direct=full, single=single, snes=self._snes
+        )
 
     def renew(self, function: Callable[..., None]) -> None:
         """Assemble it at the running iterate, and have its solver ready.

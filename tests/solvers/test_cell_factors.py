@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from blocks import COMM, block, cube, displacements, run, square, tangent
+from blocks import COMM, block, cube, densities, displacements, run, square, tangent
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -95,6 +95,18 @@ def test_load_cases_on_their_own_do_not_show_in_the_solution(variant, dim, chang
     assert others[-1].newton.linear_solver == f"Cholesky ({DOUBLE})"
     assert displacements(problem) == pytest.approx(displacements(other), rel=1e-8, abs=1e-10)
     assert sum(step.newton_iterations for step in steps) <= 1.5 * sum(step.newton_iterations for step in others)
+
+
+def test_factors_that_leave_coupling_out_are_not_renewed_for_it(monkeypatch):
+    """However new it is, such a factor is as slow as what it leaves out: there another one is cost without gain."""
+    scene = block(mesh_of(3, gx.P1P0), **cases(3), growth=gx.EnergyDrivenGrowth(0.01, 500.0))
+    found = []
+    for pace in (linear_solvers.PACE_OF_CASES, np.inf):
+        monkeypatch.setattr(linear_solvers, "PACE_OF_CASES", pace)
+        steps, problem = run(scene, gx.P1P0)
+        found.append((sum(step.newton.factorisations for step in steps), densities(problem)))
+    assert found[0][0] < 0.7 * found[1][0]
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-8)
 
 
 @pytest.mark.parametrize("changes", [{}, cases(2)], ids=["one load", "cases"])

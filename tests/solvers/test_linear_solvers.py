@@ -208,8 +208,8 @@ def test_iterations_do_not_grow_with_the_mesh(monkeypatch):
     assert iterations[1] < 1.5 * iterations[0]
 
 
-def test_bounds_keep_to_factors(monkeypatch):
-    """SNES takes the densities at bounds out of the system, and with them what multigrid knows of its rows."""
+def test_bounds_in_the_plane_keep_to_factors(monkeypatch):
+    """SNES takes the densities at bounds out of the system, others each time; a factor there is cheap at any size."""
     use_no_factors(monkeypatch)
     growth = gx.EnergyDrivenGrowth(attractor=0.01, rate=5.0, bounds=(1.19, 1.21))
     steps, _ = run(block(growth=growth), gx.Q1Q1)
