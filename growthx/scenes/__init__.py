@@ -9,6 +9,7 @@ from growthx.scenes.femur import Femur, femur
 from growthx.scenes.femur3d import Femur3d, femur3d
 from growthx.scenes.plate import block, plate
 from growthx.scenes.stem import gruen, stem, stem_mesh
+from growthx.scenes.stem3d import stem3d, stem3d_mesh
 from growthx.scenes.weinans import weinans_plate
 
 __all__ = [
@@ -24,6 +25,8 @@ __all__ = [
     "gruen",
     "plate",
     "stem",
+    "stem3d",
+    "stem3d_mesh",
     "stem_mesh",
     "weinans_plate",
 ]

@@ -102,6 +102,13 @@ class SolidAnatomy:
         """Of the neck, how far it points anteriorly (degrees)."""
         return float(np.degrees(np.arctan2(-self.neck[1], self.lateral * self.neck[0])))
 
+    @property
+    def frame(self) -> Floats:
+        """Of length one, in rows: across the shaft laterally and anteriorly, and down the shaft."""
+        sideways = np.array([self.lateral, 0.0, 0.0])
+        sideways = _unit(sideways - (sideways @ self.shaft) * self.shaft)
+        return np.array([sideways, np.cross(sideways, self.shaft), self.shaft])
+
     def in_space(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
         """The components in x, y, z of a vector (lateral, anterior, superior)."""
         return self.lateral * vector[0], vector[1], vector[2]
@@ -188,10 +195,7 @@ def _neck_zones(bone: SolidAnatomy, unit: float) -> Iterator[tuple[str, Floats]]
 
 
 def _shaft_zones(bone: SolidAnatomy, unit: float, surface: Floats) -> Iterator[tuple[str, Floats]]:
-    sideways = np.array([bone.lateral, 0.0, 0.0])
-    sideways = _unit(sideways - (sideways @ bone.shaft) * bone.shaft)
-    forward = np.cross(sideways, bone.shaft)
-    frame = np.array([sideways, forward, bone.shaft])
+    frame = bone.frame
     lengths = np.array(SHAFT_ZONES) * min(bone.depth, LONGEST * bone.radius)
     places = (surface - bone.crossing) @ frame.T
     beside = (places[:, 2] > lengths[0]) & (places[:, 2] < lengths[1])

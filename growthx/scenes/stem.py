@@ -150,7 +150,7 @@ def stem(
     )
     if young is not None:
         require_number(young, "Young's modulus of the stem (MPa)", "a positive number", lambda E: E > 0)
-    moduli: Field = {"bone": BONE_YOUNG, "stem": young} if young is not None else _as_bone(mesh, density, own.material)
+    moduli: Field = {"bone": BONE_YOUNG, "stem": young} if young is not None else as_bone(mesh, density, own.material)
     material = own.material
     return replace(
         own,
@@ -169,12 +169,12 @@ def own_places(head: float = HEAD_RADIUS) -> dict[str, Any]:
     return {"head": (*HEAD_CENTRE, head), "trochanter": (tuple(ends[0]), tuple(ends[-1]))}
 
 
-def _as_bone(mesh: Mesh, density: Field, material: Any) -> dolfinx.fem.Function:
+def as_bone(mesh: Mesh, density: Any, material: Any) -> dolfinx.fem.Function:
     """Young's modulus of bone of the reference density, and in the stem of what the bone there was, one per cell."""
     if not isinstance(density, TransferredDensity):
         raise InputError("the stem is as stiff as the bone was, of a density that no run has: transfer(…) has one")
     young = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh.domain, ("DG", 0)), name="young")
-    found = np.full(len(mesh.owned_cells), BONE_YOUNG)
+    found = np.full(len(mesh.owned_cells), float(material.young))
     inside = np.isin(mesh.owned_cells, mesh.region("stem"))
     was = density.of_cells().mean(axis=1)
     found[inside] *= material.weight(was[inside])

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from growthx.cli.command import Command, SceneCommand
 from growthx.cli.scene_run import adapted, arguments, run, stepping_of
-from growthx.common.checks import check_picture
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -89,6 +88,7 @@ class Operation(ABC):
     def build(self, options: argparse.Namespace) -> Scene:
         """The scene with the stem, after the intact femur has grown."""
         from growthx.cli import report
+        from growthx.common.checks import check_picture
         from growthx.discretisation.transfers.transfer import transfer
         from growthx.discretisation.variants import default, named
         from growthx.post.comparing.picture import IMAGES
