@@ -1,6 +1,6 @@
 // Proximal femur in space with a bonded stem, lengths in mm.  The bone is that of femur3d.geo with all of its parameters,
 // cut across the neck; the stem follows the axes of shaft and neck from its tip to the cut and bears a head where the
-// femur has its own, or, with natural = 1, is one piece with that and the neck.
+// femur has its own.
 // Parameters are set in the gmsh window, with gmsh -setnumber size 3 or by growthx.meshing.read(..., size=3).
 
 DefineConstant[
@@ -14,8 +14,7 @@ DefineConstant[
   width = {8, Min 2, Max 40, Step 0.5, Name "width", Label "Of the stem at its tip in mm"},
   flare = {2.6, Min 1, Max 4, Step 0.1, Name "flare", Label "Width of the stem at the neck, in widths at its tip"},
   stem_head = {14, Min 10, Max 18, Step 1, Name "stem_head", Label "Radius of the stem's head in mm"},
-  resection = {0.7, Min 0.4, Max 0.8, Step 0.05, Name "resection", Label "From the head's centre, in lengths of the neck"},
-  natural = {0, Choices {0, 1}, Name "natural", Label "The femur's own head and neck instead of the stem's"}
+  resection = {0.7, Min 0.4, Max 0.8, Step 0.05, Name "resection", Label "From the head's centre, in lengths of the neck"}
 ];
 
 // The stem, from its tip up the shaft to the bend, round it and into the neck, beyond the cut.
@@ -87,25 +86,20 @@ If (beyond > 0.1)
   Abort;
 EndIf
 
-If (natural)
-  upper = newv;
-  BooleanDifference(upper) = { Volume{bone}; Delete; }{ Volume{rest}; };
-Else
-  // A neck from the cut to the stem's head.
-  Recursive Delete { Volume{bone}; }
-  ball = newv;
-  Sphere(ball) = {0, 0, 0, stem_head};
-  Rotate {{0, 0, 1}, {0, 0, 0}, Pi / 2} { Volume{ball}; }
-  Rotate {{0, 1, 0}, {0, 0, 0}, -side * tilt} { Volume{ball}; }
-  Rotate {{0, 0, 1}, {0, 0, 0}, -side * turn} { Volume{ball}; }
-  cone = newv;
-  fx = side * resection * Cx;
-  fy = resection * Cy;
-  fz = resection * Cz;
-  Cone(cone) = {fx, fy, fz, -fx, -fy, -fz, 6.5, 6};
-  upper = newv;
-  BooleanUnion(upper) = { Volume{ball}; Delete; }{ Volume{cone}; Delete; };
-EndIf
+// A neck from the cut to the stem's head.
+Recursive Delete { Volume{bone}; }
+ball = newv;
+Sphere(ball) = {0, 0, 0, stem_head};
+Rotate {{0, 0, 1}, {0, 0, 0}, Pi / 2} { Volume{ball}; }
+Rotate {{0, 1, 0}, {0, 0, 0}, -side * tilt} { Volume{ball}; }
+Rotate {{0, 0, 1}, {0, 0, 0}, -side * turn} { Volume{ball}; }
+cone = newv;
+fx = side * resection * Cx;
+fy = resection * Cy;
+fz = resection * Cz;
+Cone(cone) = {fx, fy, fz, -fx, -fy, -fz, 6.5, 6};
+upper = newv;
+BooleanUnion(upper) = { Volume{ball}; Delete; }{ Volume{cone}; Delete; };
 parts() = BooleanFragments{ Volume{rest}; Delete; }{ Volume{body, upper}; Delete; };
 stem() = Volume In BoundingBox {-200, -200, -tip - 5, 200, 200, 200}; // what does not reach down to the femur's cut
 parts() -= stem();
@@ -120,9 +114,6 @@ of_bone() = Abs(Boundary{ Volume{parts()}; });
 interface() = of_bone();
 interface() -= whole();
 h = stem_head + 0.5;
-If (natural)
-  h = head_radius + 0.5;
-EndIf
 head() = Surface In BoundingBox {-h, -h, -h, h, h, h};
 greater() = Surface In BoundingBox {side * gx - 36, gy - 42, gz - 41, side * gx + 36, gy + 42, gz + 41};
 lesser() = Surface In BoundingBox {side * lx - 22, ly - 20, lz - 16, side * lx + 22, ly + 20, lz + 16};

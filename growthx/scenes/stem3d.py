@@ -34,7 +34,6 @@ NEAR_CUT = 3.0  # mm from the cut through the neck, at which the stem is not loo
 
 def stem3d_mesh(
     *,
-    natural: bool = False,
     left: bool = False,
     size: float | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
@@ -42,21 +41,20 @@ def stem3d_mesh(
 ) -> Mesh:
     """The femur in space, cut across its neck, with a stem: regions "bone" and "stem", boundaries as of the femur.
 
-    natural: the femur's own head and neck are one piece with the stem.  left: a left femur.  size: of cells (mm).
+    left: a left femur.  size: of cells (mm).
     shape: parameters of the stem – tip (mm below the head's centre), width (mm, at its tip), flare (its width at the
     neck, in widths at its tip), stem_head (radius of its head, mm), resection (where the neck is cut, in lengths of the
     neck from the head's centre) – and of the femur, as for `femur3d`, whose cut is 170 mm below the head's centre here.
     Raises InputError for a stem that is not in the bone.
 
     Example:
-        >>> gx.scenes.stem3d_mesh(natural=1)
+        >>> gx.scenes.stem3d_mesh(left=1)
         Traceback (most recent call last):
-        growthx.common.errors.InputError: natural, of the head and neck, is 1: True or False would be right
+        growthx.common.errors.InputError: left, of the femur, is 1: True or False would be right
     """
-    require_flag(natural, "natural, of the head and neck,")
     require_flag(left, "left, of the femur,")
     # gmsh reads a script twice that is given parameters: those that it has by itself are left out.
-    given = dict(shape) | ({"natural": 1.0} if natural else {}) | ({"left": 1.0} if left else {})
+    given = dict(shape) | ({"left": 1.0} if left else {})
     given |= {} if size is None else {"size": size}
     mesh = files.read(files.locate("femur3d_stem.geo"), comm=comm, **given)  # type: ignore[arg-type]
     _require_cover(mesh)
@@ -79,7 +77,7 @@ def stem3d(
     "head", which is the stem's, "trochanter", "distal", "surface" and "interface", between bone and stem.
     density: at the start, as gx.transfer(intact, mesh, variant, outside=0.8) carries it there.
     young: of the stem (MPa).  None: at each place what the bone had there, [ρ/ρ*]ⁿ of bone's, for the density that was
-    carried; that changes next to nothing.
+    carried.
     step, until: Δt and end of the march; default: the femur's.
     Its zones are Gruen's.  Raises InputError for a mesh without these names, and where a force meets no boundary.
 

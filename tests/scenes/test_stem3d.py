@@ -1,4 +1,4 @@
-"""Bone around a stem in space: that the geometry is what it says, and the check that a stem of bone is none."""
+"""Bone around a stem in space: that the geometry is what it says and bears what the femur bears."""
 
 from functools import cache
 
@@ -62,30 +62,12 @@ def test_gruens_zones_are_where_radiologists_have_them():
     assert z["Gruen 7"] > z["Gruen 6"] > z["Gruen 5"] > z["Gruen 4"]
 
 
-@pytest.mark.slow
-def test_a_stem_of_bone_is_none_in_space():
-    """On one mesh, of one piece with its own head: what is in equilibrium stays; metal in its place does far more."""
-    body = mesh(natural=True)
-    femur = gx.scenes.femur3d(body, weights=(1.0, 0.0, 0.0), until=60.0)
-    run = gx.solve(femur, gx.P1P0, stepping=STEPPING)
-    density = gx.transfer(run, body, gx.P1P0)
-    largest = []
-    for young in (None, TITANIUM):
-        scene = gx.scenes.stem3d(femur, body, density, young=young, until=10.0)
-        zones = gx.shielding(run, gx.loaded(scene, gx.P1P0), gx.solve(scene, gx.P1P0, stepping=STEPPING))
-        largest.append(max(abs(zone.change) for zone in zones.values()))
-        if young is None:
-            for zone in zones.values():
-                assert zone.energy_before == pytest.approx(zone.energy_intact, rel=1e-2)
-    assert largest[0] < 0.01 and largest[1] > 10 * largest[0]
-
-
 @pytest.mark.parametrize(
     ("shape", "words"),
     [
         pytest.param({"width": 34.0, "flare": 1.0}, "lies outside the bone by", marks=pytest.mark.slow),
         ({"tip": 65.0}, "is beside its shoulder: at least"),
-        ({"natural": 1.0}, "natural, of the head and neck, is 1.0: True or False"),
+        ({"left": 1.0}, "left, of the femur, is 1.0: True or False"),
     ],
 )
 def test_a_stem_that_cannot_be_in_space(shape, words):
