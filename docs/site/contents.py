@@ -55,6 +55,7 @@ EXPLANATIONS = (  # docs/NAME.md
     "fields",
     "states",
     "paper",
+    "versions",
     "architecture",
 )
 RESULTS = (  # benchmarks/results/NAME.md
