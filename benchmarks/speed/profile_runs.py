@@ -27,8 +27,8 @@ from petsc4py import PETSc
 import growthx as gx
 from benchmarks.shared import command
 from benchmarks.shared.reporting import RESULTS, Table, progress, read_rows, write_rows
-from growthx.fem.cell_sums import CellSums
-from growthx.fem.sweeps import VectorSweep
+from growthx.fem.sums.cell_sums import CellSums
+from growthx.fem.sums.sweeps import VectorSweep
 from growthx.solvers.newton import Newton
 from growthx.solvers.single_factor import Factor
 

@@ -72,9 +72,6 @@ class Turns:
 
     def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
         self._unknowns, self._dim = unknowns, spaces.scene.mesh.dim
-        places = dolfinx.fem.Function(spaces.displacement_space)
-        places.interpolate(lambda x: x[: self._dim])
-        self._places = places.x.array.reshape(-1, self._dim)
         self._deforms = not spaces.scene.material.small_strain
         self.axes = [np.ones(1)] if self._dim == 2 else list(np.eye(3))
 
@@ -84,7 +81,9 @@ class Turns:
         axis: in the plane one number.  u: the displacement of the case, as `x.array`.
         """
         K = cross_matrix(axis, self._dim)
-        arms = self._places if u is None or not self._deforms else self._places + u.reshape(-1, self._dim)
+        arms = self._unknowns.places
+        if u is not None and self._deforms:
+            arms = arms + u.reshape(-1, self._dim)
         whole = np.zeros_like(self._unknowns.function.x.array)
         whole[self._unknowns.parts[case]] = (arms @ K.T).ravel()
         return np.asarray(whole[: self._unknowns.owned] - (K @ about) @ self._unknowns.translations[case])

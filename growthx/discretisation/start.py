@@ -84,8 +84,8 @@ def _scan_of_means(spaces: Spaces) -> ScanDensity | None:
     given, growing = spaces.scene.start_density, spaces.scene.growing
     found = [given]
     if isinstance(given, Mapping):
-        found = [given[name] for name in (given if growing is None else growing)]
-    one = found[0]
+        found = [given.get(name) for name in (given if growing is None else growing)]
+    one = next(iter(found), None)
     if spaces.variant.density.local or any(each is not one for each in found):
         return None
     return one if isinstance(one, ScanDensity) and one.of_cells else None

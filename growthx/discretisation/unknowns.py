@@ -62,6 +62,13 @@ class Unknowns:
         dim = self._spaces.scene.mesh.dim
         return np.array([[self._translation(part, i) for i in range(dim)] for part in self.parts])
 
+    @cached_property
+    def places(self) -> Floats:
+        """The displacement that is x itself, shape (local nodes, dim): where its values are, in Lagrange cells."""
+        dim, places = self._spaces.scene.mesh.dim, dolfinx.fem.Function(self._spaces.displacement_space)
+        places.interpolate(lambda x: x[:dim])
+        return places.x.array.reshape(-1, dim)
+
     def _translation(self, part: Any, direction: int) -> Floats:
         dim = self._spaces.scene.mesh.dim
         moved = dolfinx.fem.Function(self._spaces.displacement_space)

@@ -10,9 +10,10 @@ import dolfinx
 import numpy as np
 import ufl
 
-from growthx.fem import implicit, kernels, sweeps
+from growthx.fem import implicit, kernels
 from growthx.fem.condensation import condensed_tangent
 from growthx.fem.point_values import check_expression, check_form
+from growthx.fem.sums import sweeps
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices

@@ -19,7 +19,7 @@ import numpy as np
 
 from growthx.common.communicators import steady
 from growthx.fem import compat, kernels
-from growthx.fem.sweeps import of_matrices, used
+from growthx.fem.sums.sweeps import of_matrices, used
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -3,7 +3,7 @@
 Where densities are eliminated, a cell couples the displacements of the load cases by what their mean energy does to its
 density.  That is little beside their stiffness: without it Newton's method with a kept factor takes about as many
 iterations, while one factor of all cases has nine times the entries of three of one case each.  No matrix of PETSc's is
-needed: cells add up to half a matrix, see `fem.cell_sums`, and that is what is factorised.
+needed: cells add up to half a matrix, see `fem.sums.cell_sums`, and that is what is factorised.
 
 On several ranks each has the factors of some load cases; of one case alone each makes the same.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.common.communicators import steady
-from growthx.fem.cell_sums import CellSums
+from growthx.fem.sums.cell_sums import CellSums
 from growthx.solvers.single_factor import NAME, Factor, gathered
 
 if TYPE_CHECKING:

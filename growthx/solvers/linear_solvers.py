@@ -30,7 +30,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from growthx.common.communicators import steady
-from growthx.fem.cell_sums import can_be_added
+from growthx.fem.sums.cell_sums import can_be_added
 from growthx.solvers import single_factor
 from growthx.solvers.cell_factors import CellFactors
 from growthx.solvers.single_factor import SingleFactor

@@ -181,7 +181,7 @@ def _check_loads(problem: Discretisation) -> None:
         if size and np.linalg.norm(meant - found) > EXACT * size:
             raise GrowthxError(
                 f"the dead loads of the scene '{scene.name}' sum to {meant} and their nodal forces to {found}: "
-                "a load is lost, which is a defect of growthx"
+                "a load is lost, which is a defect of growthx: a report of it would be right"
             )
         moments = [moment for load in dead if (moment := _moment(load, scene.mesh, middle, degree)) is not None]
         if len(moments) < len(dead):
@@ -190,7 +190,7 @@ def _check_loads(problem: Discretisation) -> None:
         if np.linalg.norm(turning - turned) > EXACT * (arms + size * _middle(scene.mesh)[1]):
             raise GrowthxError(
                 f"the dead loads of the scene '{scene.name}' have the moment {turning} about {middle} and their nodal "
-                f"forces {turned}: a load is lost, which is a defect of growthx"
+                f"forces {turned}: a load is lost, which is a defect of growthx: a report of it would be right"
             )
 
 

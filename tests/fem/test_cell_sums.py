@@ -6,7 +6,7 @@ import pytest
 from blocks import COMM, block, cube, square
 
 import growthx as gx
-from growthx.fem.cell_sums import CellSums, can_be_added
+from growthx.fem.sums.cell_sums import CellSums, can_be_added
 
 
 @pytest.mark.parametrize("variant", [gx.Q1P0, gx.P2], ids=lambda variant: variant.name)

@@ -9,8 +9,9 @@ import ufl
 from blocks import COMM, square
 
 from growthx.common.communicators import steady
-from growthx.fem import kernels, lanes, sweeps
+from growthx.fem import kernels
 from growthx.fem.assembly import Compiler, assemble
+from growthx.fem.sums import lanes, sweeps
 
 FRAME = """
 void tabulate_tensor_integral_a1(double* restrict A,

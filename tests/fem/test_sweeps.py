@@ -7,9 +7,9 @@ import ufl
 from blocks import COMM, block, cube, square
 
 import growthx as gx
-from growthx.fem import sweeps
 from growthx.fem.assembly import Compiler, assemble
-from growthx.fem.cell_sums import CellSums, can_be_added
+from growthx.fem.sums import sweeps
+from growthx.fem.sums.cell_sums import CellSums, can_be_added
 
 NEVER = 10**12
 EACH = [

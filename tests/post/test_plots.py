@@ -237,7 +237,7 @@ def test_pictures_that_could_not_be_written_are_refused_before(path, sentence, s
             ("scale", "g/cm³"),
             ("relative", 1),
             ("smoothed", "no"),
-            ("loads", 0),
+            ("arrows", 0),
         ),
         *(("magnification", "x"), ("magnification", np.nan), ("magnification", None)),
         *(("columns", 0), ("columns", -1), ("columns", 1.5), ("columns", "2"), ("columns", True)),

@@ -16,7 +16,9 @@ from growthx.cli.program import _parser
 
 # Words whose argument comes in several forms of one meaning: a number or a field, the name of what is meant or itself.
 ONE = {
+    "above": "for densities higher than one: which one, or what holds there",
     "anatomy": "landmarks of a femur, plane or in space",
+    "below": "for densities lower than one: which one, or what holds there",
     "boundaries": "parts of the boundary by name: how they are told, or their facets",
     "cells": "cells of a mesh, or shapes of cells that a variant takes",
     "comm": "the ranks",
@@ -35,6 +37,7 @@ ONE = {
     "plane": "a plane, or its name",
     "points": "nodes of a mesh",
     "rate": "how fast mass comes",
+    "reference_density": "ρ*",
     "regions": "parts of a body by name: how they are told, or their cells",
     "result": "of a run",
     "rows": "of a table",
@@ -138,4 +141,5 @@ def test_a_command_and_its_call_have_the_same_words(name):
     of_pictures = {"picture", "relative", "slice", "grey", "above", "cutaway"}
     of_script = {"head-radius", "neck-shaft-angle", "anteversion", "offset", "neck-width", "neck-height"}
     of_script |= {"shaft-width", "shaft-depth", "lean", "bow", "cut"}  # parameters of the femur's script
-    assert set(options(name)) - common - of_pictures - of_script - ONLY_IN_COMMANDS <= call
+    of_scenes = {"plane"}  # of plane ones alone, a field of gx.Scene
+    assert set(options(name)) - common - of_pictures - of_script - of_scenes - ONLY_IN_COMMANDS <= call

@@ -50,7 +50,8 @@ class Stem(Operation):
 
         if options.natural and options.head_radius is not None:
             raise InputError(
-                f"--head-radius {options.head_radius:g} is of a stem, and with --natural the femur keeps its own"
+                f"--head-radius {options.head_radius:g} is of a stem, and with --natural the femur keeps its own: "
+                "one of the two would be right"
             )
         return stem_mesh(
             tip=options.tip,

@@ -178,16 +178,16 @@ def _with_masses(
     return replace(samples, values=values * factor[groups])
 
 
-def means_of_cells(source: Discretisation, values: Floats, mesh: Mesh, cells: Indices) -> Floats:
+def means_of_cells(problem: Discretisation, values: Floats, mesh: Mesh, cells: Indices) -> Floats:
     """Values of the owned cells of one body, (its owned cells,), as means over some owned cells of another mesh.
 
     cells: of that mesh.  Returns shape (owned cells of the mesh,), zero in the others (collective).
     Raises InputError if any of them lies beside the body.
     """
-    run = grown(source)
+    run = grown(problem)
     of_body = np.empty((len(run.cells), 1))
-    numbers = cell_numbers(source.scene.mesh.domain)[: len(values)]
-    for rows, part in source.comm.allgather((numbers, values)):
+    numbers = cell_numbers(problem.scene.mesh.domain)[: len(values)]
+    for rows, part in problem.comm.allgather((numbers, values)):
         of_body[rows, 0] = part
     X, weights = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[mesh.cell_name], FIELD_DEGREE))
     volumes = weights * volume_ratios(mesh, X, cells)

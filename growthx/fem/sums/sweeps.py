@@ -1,9 +1,9 @@
 """Sums over cells, several cells at once: forms and condensed tangents with a lane of a vector for each cell.
 
-One statement of the weak form serves both: `fem.lanes` makes the kernels from what FFCx has written.  What the cells
-need is gathered from the functions themselves, and what they say is added cell by cell, in their order, so that two
-runs do the same.  Where that cannot be, or is not worth its compilation, there is none, and DOLFINx takes the cells one
-by one.
+One statement of the weak form serves both: `fem.sums.lanes` makes the kernels from what FFCx has written.  What
+the cells need is gathered from the functions themselves, and what they say is added cell by cell, in their order, so
+that two runs do the same.  Where that cannot be, or is not worth its compilation, there is none, and DOLFINx takes the
+cells one by one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import dolfinx
 import numpy as np
 
 from growthx.common.communicators import steady
-from growthx.fem import compat, kernels, lanes
+from growthx.fem import compat, kernels
+from growthx.fem.sums import lanes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,7 +117,7 @@ static void tangents(lanes *restrict K, const lanes *restrict w, const double *r
   }
 }
 
-/* pairs: as the places in fem.cell_sums, but of all cells. */
+/* pairs: as the places in fem.sums.cell_sums, but of all cells. */
 static void add_matrices(uintptr_t cells_, int count, uintptr_t body_, uintptr_t fields, uintptr_t c, int nodes,
                          int block, uintptr_t pairs, uintptr_t K_, uintptr_t values)
 {
@@ -301,8 +302,10 @@ def of_matrices(
 
 def of_vectors(weak_form: ufl.Form, form: dolfinx.fem.Form) -> VectorSweep | None:
     """What adds up a linear form, given as it was compiled, several cells at once; None if one by one (collective)."""
+    if any(each.integral_type() != "cell" for each in weak_form.integrals()) or not weak_form.arguments():
+        return None  # a form that is zero has no test function left
     space = weak_form.arguments()[0].ufl_function_space()
-    if not _is_worth_it(space.mesh, FEWEST) or any(each.integral_type() != "cell" for each in weak_form.integrals()):
+    if not _is_worth_it(space.mesh, FEWEST):
         return None
     comm = steady(space.mesh.comm)
     ufcx_form, _ = kernels.generated(comm, weak_form)
@@ -325,7 +328,7 @@ def _is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
     """Whether there are so many cells on a rank, and numbers as the kernels have them; the same on all ranks."""
     cells = domain.topology.index_map(domain.topology.dim).size_global
     known = compat.CELLS_OF_INTEGRALS and np.dtype(dolfinx.default_scalar_type) == np.float64
-    return known and domain.geometry.x.dtype == np.float64 and cells >= fewest * domain.comm.size
+    return known and domain.geometry.x.dtype == np.float64 and cells >= fewest * steady(domain.comm).size
 
 
 def _can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
