@@ -248,7 +248,6 @@ def test_a_run_leaves_its_states_and_a_movie_of_them(options, in_process, tmp_pa
         (("femur", "--picture", "a.vtu"), "the picture a.vtu has the suffix '.vtu': one of .png"),
         (("femur", "--picture", "none/a.png"), "the picture none/a.png is to be in the folder none, which is not th"),
         (("bar", "--relative"), "--relative is of a picture, and none is asked for: with --picture FILE would be"),
-        (("block", "--relative"), "unrecognized arguments: --relative"),
     ],
 )
 def test_pictures_that_cannot_be_drawn_are_refused_before_the_run(arguments, sentence, in_process, monkeypatch):
