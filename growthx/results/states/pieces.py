@@ -41,7 +41,7 @@ class Pieces:
 
     def displacement(self) -> dict[str, Floats]:
         """That of the state as it is."""
-        u = self._displacement.x.array.reshape(self._shares.shape[1], -1)
+        u = self._displacement.x.array.reshape(-1, self._displacement.function_space.dofmap.bs)
         return {"displacement": in_space(self._shares @ u)}
 
     def of_points(self, values: Floats) -> Floats:
