@@ -89,8 +89,9 @@ def _negative_pivots(problem: Discretisation) -> int:
         storage_at_corners=False,
         source_at_corners=False,
     )
-    # What is not symmetric has no part in the growth of disturbances of the density.
-    scene = replace(problem.scene, flux=None, prescribed_densities=(), influx=(), inertia=None)
+    # What is not symmetric has no part in the growth of disturbances of the density; and it has that of the state, not
+    # the scene's of the beginning, which may be one for this variant alone.
+    scene = replace(problem.scene, flux=None, prescribed_densities=(), influx=(), inertia=None, initial_density=None)
     twin = Discretisation(scene, pointwise)
     points = variant.integration_points(scene.mesh.cell_name)
     cells, density = len(scene.mesh.owned_cells), twin.density.x.array.copy()

@@ -223,6 +223,18 @@ def test_the_model_and_not_what_is_added_to_it_is_judged():
         assert (found.negative > 0) == (exponent == 0.0)
 
 
+@pytest.mark.parametrize("variant", OTHERS[:4], ids=lambda variant: variant.name)
+@pytest.mark.parametrize("exponent", [0.0, 3.0])
+def test_a_density_that_was_carried_to_a_mesh_is_judged(variant, exponent):
+    """It is made for one variant's densities, and the criterion is one of points."""
+    before = bent(exponent, variant, 4)
+    mesh = plate(3).mesh
+    scene = replace(before.scene, mesh=mesh, initial_density=gx.transfer(before, mesh, variant))
+    found = check(gx.solve(scene, variant).problem)
+    assert found.holds == (exponent == 3.0)
+    assert (found.negative > 0) == (exponent == 0.0)
+
+
 @pytest.mark.parametrize("exponent", [0.0, 3.0])
 def test_load_cases_are_judged_together(exponent):
     """The density that all cases share makes one system of them."""
