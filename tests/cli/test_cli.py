@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
 from growthx.cli.plate import PLATE
-from growthx.cli.program import main
 from growthx.discretisation.variants import CATALOGUE
 from growthx.meshing.formats import gmsh as gmsh_files
 
@@ -110,22 +108,6 @@ def test_bounds_of_any_scene(bounds, shares, found):
     name = ("bar", "--elements", "10") if shares[1] else ("plate", "--elements", "4")
     ended = found(*name, "--bounds", *bounds)
     assert [share > 0 for share in ended["at_bounds"]] == [bool(share) for share in shares]
-
-
-@pytest.fixture
-def in_process(capsys, monkeypatch, tmp_path):
-    """`growthx` in this process, which spares the start of another one: status, stdout and stderr."""
-
-    def run(*arguments):
-        before = signal.getsignal(signal.SIGTERM)
-        try:
-            status = main([str(argument) for argument in arguments])
-        finally:
-            signal.signal(signal.SIGTERM, before)
-        return status, *capsys.readouterr()
-
-    monkeypatch.chdir(tmp_path)
-    return run
 
 
 @pytest.fixture

@@ -1,32 +1,14 @@
 """The commands of bone around a stem: what the scripts find, as options, tables and JSON."""
 
 import json
-import signal
 
 import pytest
 
 import growthx as gx
-from growthx.cli import main
 from growthx.scenes.stem import scaled
 
 pytestmark = pytest.mark.serial
 COARSE = ("--size", "7", "--intact", "40", "--until", "40", "--step", "8")
-
-
-@pytest.fixture
-def in_process(capsys, monkeypatch, tmp_path):
-    """`growthx` in this process: status, stdout and stderr."""
-
-    def run(*arguments):
-        before = signal.getsignal(signal.SIGTERM)
-        try:
-            status = main([str(argument) for argument in arguments])
-        finally:
-            signal.signal(signal.SIGTERM, before)
-        return status, *capsys.readouterr()
-
-    monkeypatch.chdir(tmp_path)
-    return run
 
 
 def test_the_command_finds_what_the_script_finds(in_process, tmp_path):
@@ -109,6 +91,7 @@ def test_the_check_is_a_command(in_process):
             "--head-radius 12 is of a stem, and with --natural the femur keeps its own",
         ),
         (["--ct", "a.nii", "--hu", "0,1"], "bone around a stem begins with that of the intact femur"),
+        (["--exponents", "2", "2.5", "1", "1.25"], "--exponents is of bone alone"),
         (["--difference", "d.txt"], "d.txt has the suffix '.txt'"),
         (["--combination", "none"], "there is no load combination 'none'"),
         (["--variant", "P1"], "P1 is a discretisation for triangles"),

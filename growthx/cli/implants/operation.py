@@ -99,6 +99,11 @@ class Operation(ABC):
                 f"--ct {options.ct} is a density to begin with, and bone around a stem begins with that of the intact "
                 "femur: the command of the femur without a stem would be right"
             )
+        if options.exponents is not None:
+            raise InputError(
+                "--exponents is of bone alone, and n tells by which cortex a stem is scaled and how stiff one of bone "
+                "is: --n would be right"
+            )
         self._young, self._difference = _young(options.material), options.difference
         mesh = self.mesh(options)
         if options.difference is not None:

@@ -36,7 +36,7 @@ class Stem(Operation):
             type=float,
             nargs=3,
             metavar="W",
-            help="weights of midstance of gait, extreme abduction and extreme adduction (those of --combination)",
+            help=f"weights of {IN_PLANE.weights}",
         )
         add_option(parser, "--thickness", 30.0, float, "thickness of the plane model in mm")
         add_option(parser, "--intact", 1000.0, float, "time that the intact femur has to come to equilibrium")
