@@ -150,7 +150,7 @@ class March(Iterator[Step]):
                     f"and a time step cut from {program.step:g} to {end - time:.3g} did not help" + self._at_once(time)
                 )
         reactions = problem.reactions()
-        force_defect, moment_defect = self._witness.force_defect(reactions), self._witness.moment_defect(reactions)
+        force_defect, moment_defect = self._witness.defects(reactions)
         self._integrator.accept()
         self.time, old_mass, mass = end, mass, problem.mass()
         low, high = problem.density_range()

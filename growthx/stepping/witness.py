@@ -51,45 +51,48 @@ class Witness:
         self._open = _OpenResultants(problem)
         _check_loads(problem)
 
-    def force_defect(self, reactions: dict[str, Floats]) -> float:
-        """‖Σ reactions + Σ loads‖ over the sum of their sizes, the largest of the load cases; no unit.
+    def defects(self, reactions: dict[str, Floats]) -> tuple[float, float]:
+        """Those of forces and of moments, the largest of the load cases each; no unit.
 
-        At the running iterate, to which the reactions belong.
+        Forces: ‖Σ reactions + Σ loads‖ over the sum of their sizes.  Moments: the same, over the sum of their sizes and
+        that of the forces times half of the longest side; NaN with loads that depend on the state, or inertia, of which
+        no moments are known.  At the running iterate, to which the reactions belong.
         """
-        problem, worst, self._share = self._problem, 0.0, 1.0
-        dead = problem.system.loads.resultants(problem.system.loads.at(problem.state))
-        for number, case in enumerate(problem.spaces.cases):
+        loads = self._problem.system.loads
+        forces = loads.at(self._problem.state)
+        dead = loads.resultants(forces)
+        of_cases = [
             # A name may be that of a boundary alone, where there is one case.
-            borne = [force for name, force in reactions.items() if not case.name or name.startswith(f"{case.name}: ")]
-            forces = [*borne, dead[number], self._open.of_case(number)]
-            size = sum(float(np.linalg.norm(force)) for force in forces)
+            [name for name in reactions if not case.name or name.startswith(f"{case.name}: ")]
+            for case in self._problem.spaces.cases
+        ]
+        borne = [[*(reactions[name] for name in names), force] for names, force in zip(of_cases, dead, strict=True)]
+        moment_defect = self._moment_defect(forces, borne, of_cases) if self._tells_moments else math.nan
+        return self._force_defect(borne), moment_defect
+
+    def _force_defect(self, borne: list[list[Floats]]) -> float:
+        """borne: reactions and dead loads of each case."""
+        worst, self._share = 0.0, 1.0
+        for number, (case, known) in enumerate(zip(self._problem.spaces.cases, borne, strict=True)):
+            forces = [*known, self._open.of_case(number)]
+            size = _sizes(forces)
             if size > EXACT * self._scale:
                 worst = max(worst, float(np.linalg.norm(sum(forces))) / size)
                 self._share = min(self._share, case.weight * size / self._scale)
         return worst
 
-    def moment_defect(self, reactions: dict[str, Floats]) -> float:
-        """The same of moments, over the sum of their sizes and that of the forces times half of the longest side.
-
-        NaN with loads that depend on the state, or inertia, of which no moments are known.
-        """
-        problem, worst, self._turning_share = self._problem, 0.0, 1.0
-        if not self._tells_moments:
-            return math.nan
-        loads, scale = problem.system.loads, self._scale * self._arm
-        forces = loads.at(problem.state)
+    def _moment_defect(self, forces: Floats, borne: list[list[Floats]], of_cases: list[list[str]]) -> float:
+        """forces: the nodal ones.  borne: reactions and dead loads of each case.  of_cases: names of the former."""
+        problem, scale = self._problem, self._scale * self._arm
         # Of the iterate that the forces belong to, which the state has not become yet.
         displaced = problem.system.unknowns.displacement_arrays()
-        dead, turning = loads.resultants(forces), loads.moments(forces, self._middle, displaced)
-        borne = problem.system.borne
-        assert borne is not None
-        turned = problem.system.supports.moments(borne, self._middle, displaced)
+        turning = problem.system.loads.moments(forces, self._middle, displaced)
+        assert problem.system.borne is not None
+        turned = problem.system.supports.moments(problem.system.borne, self._middle, displaced)
+        worst, self._turning_share = 0.0, 1.0
         for number, case in enumerate(problem.spaces.cases):
-            names = [name for name in reactions if not case.name or name.startswith(f"{case.name}: ")]
-            moments = [*(turned[name] for name in names), turning[number]]
-            borne_by = [*(reactions[name] for name in names), dead[number]]
-            size = self._arm * sum(float(np.linalg.norm(force)) for force in borne_by)
-            size += sum(float(np.linalg.norm(moment)) for moment in moments)
+            moments = [*(turned[name] for name in of_cases[number]), turning[number]]
+            size = self._arm * _sizes(borne[number]) + _sizes(moments)
             if size > EXACT * scale:
                 worst = max(worst, float(np.linalg.norm(sum(moments))) / size)
                 self._turning_share = min(self._turning_share, case.weight * size / scale)
@@ -166,7 +169,7 @@ class _OpenResultants:
 def _check_loads(problem: Discretisation) -> None:
     """Compare the nodal forces of full dead loads with what the scene says of them, where it tells their resultants."""
     scene, loads = problem.scene, problem.system.loads
-    middle, _ = _middle(scene.mesh)
+    middle, arm = _middle(scene.mesh)
     full = loads.full()
     for case, found, turned in zip(
         problem.spaces.cases, loads.resultants(full), loads.moments(full, middle), strict=True
@@ -177,7 +180,7 @@ def _check_loads(problem: Discretisation) -> None:
         if not known or len(known) < len(dead):
             continue
         meant = np.sum(known, axis=0)
-        size = sum(float(np.linalg.norm(force)) for force in known)
+        size = _sizes(known)
         if size and np.linalg.norm(meant - found) > EXACT * size:
             raise GrowthxError(
                 f"the dead loads of the scene '{scene.name}' sum to {meant} and their nodal forces to {found}: "
@@ -186,8 +189,8 @@ def _check_loads(problem: Discretisation) -> None:
         moments = [moment for load in dead if (moment := _moment(load, scene.mesh, middle, degree)) is not None]
         if len(moments) < len(dead):
             continue
-        turning, arms = np.sum(moments, axis=0), sum(float(np.linalg.norm(moment)) for moment in moments)
-        if np.linalg.norm(turning - turned) > EXACT * (arms + size * _middle(scene.mesh)[1]):
+        turning = np.sum(moments, axis=0)
+        if np.linalg.norm(turning - turned) > EXACT * (_sizes(moments) + size * arm):
             raise GrowthxError(
                 f"the dead loads of the scene '{scene.name}' have the moment {turning} about {middle} and their nodal "
                 f"forces {turned}: a load is lost, which is a defect of growthx: a report of it would be right"
@@ -233,6 +236,10 @@ def _is_flat(face: Face) -> bool:
     """Whether a boundary lies in a plane."""
     sizes = np.linalg.eigvalsh(face.second)
     return bool(sizes[0] <= FLAT * sizes[-1])
+
+
+def _sizes(vectors: list[Floats]) -> float:
+    return sum(float(np.linalg.norm(vector)) for vector in vectors)
 
 
 def _cross(arm: Floats, force: Floats) -> Floats:

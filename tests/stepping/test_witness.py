@@ -137,8 +137,7 @@ def test_small_loads_are_balanced_as_well_as_full_ones(caplog):
     steps = list(gx.march(scene, gx.Q1, problem))
     assert not said(caplog)
     heard = witness.Witness(problem, 1e-10)
-    heard.force_defect(steps[-1].reactions)
-    heard.moment_defect(steps[-1].reactions)
+    heard.defects(steps[-1].reactions)
     for defect, warns in ((1e-3, False), (1.0, True)):
         heard.hear(replace(steps[-1], force_defect=defect))
         assert bool(said(caplog)) == (warns and problem.comm.rank == 0)
