@@ -9,7 +9,7 @@ releases=()
 while [ $# -gt 0 ] && [ "$1" != -- ]; do releases+=("$1") && shift; done
 [ $# -eq 0 ] || shift
 [ ${#releases[@]} -gt 0 ] || releases=(sid)
-[ $# -gt 0 ] || set -- tests/{common,constitutive,fem,meshing,results,solvers} tests/discretisation/test_{variants,census}.py \
+[ $# -gt 0 ] || set -- tests/{common,constitutive,fem,meshing,results,solvers} tests/discretisation/test_{variants,census,plane_stress}.py \
     tests/scenes/test_{bar,plate,femur_run}.py tests/stepping/test_{time_schemes,stepping}.py tests/baselines tests/cli/test_cli.py
 
 failed=()
