@@ -13,9 +13,13 @@ def test_all_ranks_know_the_same_time_and_memory():
     start = time.perf_counter()
     first = spent(start, COMM)
     assert len(set(COMM.allgather(first))) == 1
-    held = np.ones(25_000_000) if COMM.rank == COMM.size - 1 else None  # 200 MB
-    second = spent(start, COMM)
+    held = []
+    for _ in range(50):  # pieces of 100 MB: what tests before this one have freed, a process takes again first
+        held += [np.ones(12_500_000)] if COMM.rank == COMM.size - 1 else []
+        second = spent(start, COMM)
+        if second[1] > first[1] + 90:
+            break
     assert second[0] > first[0] > 0
-    assert second[1] > first[1] + 50 and second[1] > 200
+    assert first[1] + 200 > second[1] > first[1] + 90 and second[1] > 200
     del held
     assert spent(start, COMM)[1] >= second[1]  # the most so far
