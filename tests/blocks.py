@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, Phase, settings
 from mpi4py import MPI
 
 import growthx as gx
+from growthx.fem import kernels
 from growthx.fem.assembly import assemble
 from growthx.fem.cells import SIMPLICES
 from growthx.fem.lumping import owned
@@ -110,7 +111,7 @@ def boundary_size(mesh, name):
 
 def _integral(mesh, measure):
     one = dolfinx.fem.Constant(mesh.domain, 1.0)
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(one * measure)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(one * measure)))
 
 
 def file_refusal(path, **parameters):

@@ -76,7 +76,7 @@ def node_shares(domain: dolfinx.mesh.Mesh, degree: int = 1) -> dolfinx.fem.Funct
 def _diagonal(space: dolfinx.fem.FunctionSpace, volume: ufl.Measure) -> Any:
     """∫ Nᵢ² dV of the functions of a discontinuous space."""
     trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
-    matrix = dolfinx.fem.assemble_matrix(dolfinx.fem.form(trial * test * volume))
+    matrix = dolfinx.fem.assemble_matrix(kernels.form(trial * test * volume))
     return matrix.to_scipy().diagonal()[: space.dofmap.index_map.size_local]
 
 

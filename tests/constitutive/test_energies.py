@@ -18,6 +18,7 @@ from growthx.constitutive.elastic.catalogue import NAMED, named
 from growthx.constitutive.elastic.isotropic import Hencky, MooneyRivlin, Ogden, SaintVenantKirchhoff
 from growthx.constitutive.homogeneous import uniaxial_equilibrium
 from growthx.discretisation.variants import CATALOGUE
+from growthx.fem import kernels
 from growthx.model.trials import number
 
 E, NU = 2.0, 0.3
@@ -73,7 +74,7 @@ def compiled(kind):
     slope = ufl.as_tensor(ufl.diff(stress, variable)[i, j, k, m] * along[k, m], (i, j))
     entries = [tensor[a, b] for tensor in (stress, slope) for a in range(3) for b in range(3)]
     values = ufl.as_vector([material.energy_at(variable), *entries])
-    return mesh, H, along, dolfinx.fem.Expression(values, np.array([[0.2, 0.2, 0.2]]))
+    return mesh, H, along, kernels.expression(values, np.array([[0.2, 0.2, 0.2]]))
 
 
 def evaluated(material, F, direction=None):

@@ -7,7 +7,7 @@ import ufl
 from blocks import COMM, square
 
 from growthx.common.errors import InputError
-from growthx.fem import compat
+from growthx.fem import compat, kernels
 from growthx.meshing.mesh import Mesh
 
 TRIANGLE = dolfinx.mesh.CellType.triangle
@@ -25,7 +25,7 @@ def owned(mesh, indices, dim):
 
 
 def integral(integrand, measure):
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(integrand * measure)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(integrand * measure)))
 
 
 def test_named_parts_hold_their_facets_and_cells(mesh):

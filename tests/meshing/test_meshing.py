@@ -21,6 +21,7 @@ from mpi4py import MPI
 
 from growthx import meshing
 from growthx.common.errors import InputError
+from growthx.fem import kernels
 from growthx.meshing.formats import msh
 from growthx.meshing.parts import each_once
 
@@ -73,7 +74,7 @@ def write(path: Path, text: str | bytes) -> Path:
 def integral(mesh, measure) -> float:
     """Length, area or volume of a measure on all ranks."""
     one = dolfinx.fem.Constant(mesh.domain, 1.0)
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(one * measure)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(one * measure)))
 
 
 def area(mesh) -> float:

@@ -24,6 +24,7 @@ from mpi4py import MPI
 
 import growthx as gx
 from growthx.common.errors import InputError
+from growthx.fem import kernels
 from growthx.post import drawing
 
 FEW = (gx.Q1P0, gx.Q1, gx.Q1sri, gx.Q2, gx.S2fri, gx.Q1Q1, gx.S2Q1, gx.P1P0, gx.P1, gx.P2P1)
@@ -50,7 +51,7 @@ def plane(variant=gx.Q1, cells=2, **options):
 
 
 def integral(integrand, measure):
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(integrand * measure)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(integrand * measure)))
 
 
 # -- the measure -------------------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from blocks import (
 import growthx as gx
 from growthx.common.errors import InputError
 from growthx.constitutive.kinematics import displacement_gradient
+from growthx.fem import kernels
 from growthx.scenes.bar import bar
 
 NODAL = (gx.Q1Q1, gx.Q2Q2, gx.P2P1)
@@ -232,7 +233,7 @@ def test_mass_comes_from_source_and_influx(variant):
     source = scene.growth.mass_source(problem.density, energy, scene.material) * dV
     x = ufl.SpatialCoordinate(mesh.domain)
     influx = inward(problem.displacement, problem.density, x) * mesh.boundary_measure("top", 4)
-    forms = [dolfinx.fem.form(form) for form in (source, influx)]
+    forms = [kernels.form(form) for form in (source, influx)]
     for step in gx.march(scene, variant, problem):
         gains = [COMM.allreduce(dolfinx.fem.assemble_scalar(form)) for form in forms]
         assert step.mass - old == pytest.approx(step.time_step * sum(gains), rel=1e-8)

@@ -13,6 +13,7 @@ import growthx as gx
 from growthx import results
 from growthx.common.errors import InputError
 from growthx.discretisation.variants import CATALOGUE
+from growthx.fem import kernels
 from growthx.fem.assembly import assemble
 from growthx.post import derived
 from growthx.post.fields import tensors
@@ -144,14 +145,14 @@ def volumes(mesh):
     import ufl
 
     space = dolfinx.fem.functionspace(mesh.domain, ("DG", 0))
-    return assemble(dolfinx.fem.form(ufl.TestFunction(space) * mesh.volume_measure(None, 4)))
+    return assemble(kernels.form(ufl.TestFunction(space) * mesh.volume_measure(None, 4)))
 
 
 def work(problem, traction):
     """∮ t · u dA over the right side."""
     mesh = problem.scene.mesh
     form = sum(t * problem.displacement[i] for i, t in enumerate(traction)) * mesh.boundary_measure("right", 4)
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(form)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(form)))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The architecture as imports: what may know of what."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -233,3 +234,15 @@ def test_public_names_are_there():
             assert getattr(growthx, name) is not None
     with pytest.raises(AttributeError, match="growthx has no 'Q7'"):
         _ = growthx.Q7
+
+
+@pytest.mark.parametrize("folder", ["growthx", "tests", "benchmarks"])
+def test_forms_are_compiled_where_they_are_kept(folder):
+    """FFCx waits ten seconds for what another process compiles into DOLFINx's own cache, or has been killed at."""
+    found = {
+        path.relative_to(PACKAGE.parent).as_posix()
+        for path in (PACKAGE.parent / folder).rglob("*.py")
+        if re.search(r"\bfem\.(form|Expression)\(", path.read_text())
+    }
+    # A form of the user's, who knows of no other way, is tried in one test.
+    assert found <= {"growthx/fem/kernels.py", "tests/common/test_communicators.py", "tests/project/test_imports.py"}

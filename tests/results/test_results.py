@@ -22,6 +22,7 @@ from growthx import results
 from growthx.common.errors import InputError, OutputError
 from growthx.constitutive.kinematics import principal_changes
 from growthx.discretisation.variants import CATALOGUE
+from growthx.fem import kernels
 from growthx.fem.compat import interpolation_points
 from growthx.meshing.sampling import positions
 from growthx.results import series
@@ -73,7 +74,7 @@ def test_density_means_are_weighed_by_volume():
     problem = gx.solve(block(square(3, 0.1)), gx.Q1Q1).problem
     domain = problem.scene.mesh.domain
     volumes = dolfinx.fem.assemble_vector(
-        dolfinx.fem.form(ufl.TestFunction(dolfinx.fem.functionspace(domain, ("DG", 0))) * ufl.dx)
+        kernels.form(ufl.TestFunction(dolfinx.fem.functionspace(domain, ("DG", 0))) * ufl.dx)
     ).array
     density = results.cell_fields(problem)["density"]
     assert COMM.allreduce(float(density @ volumes[: len(density)])) == pytest.approx(problem.mass(), rel=1e-12)
@@ -212,7 +213,7 @@ def test_raw_fields_are_exact_at_every_point(name, tmp_path):
 def stimulus_at(problem, points, density):
     """[ρ/ρ*]^(−m) Ψ₀ at points of the cells by DOLFINx's evaluation of the displacement's gradient and NumPy."""
     mesh, material = problem.scene.mesh, problem.scene.material
-    gradient = dolfinx.fem.Expression(ufl.grad(problem.displacement), points).eval(mesh.domain, mesh.owned_cells)
+    gradient = kernels.expression(ufl.grad(problem.displacement), points).eval(mesh.domain, mesh.owned_cells)
     return problem.scene.growth.stimulus(density, elastic_energy(material, gradient.reshape(-1, 2, 2)), material)
 
 

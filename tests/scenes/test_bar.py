@@ -8,6 +8,7 @@ from blocks import COMM, gathered
 
 import growthx as gx
 from growthx.common.errors import InputError
+from growthx.fem import kernels
 from growthx.meshing.fields import per_cell
 from growthx.scenes.bar import (
     CONTINUOUS,
@@ -31,7 +32,7 @@ def attractors(scene):
 
 
 def integral(integrand, measure):
-    return COMM.allreduce(dolfinx.fem.assemble_scalar(dolfinx.fem.form(integrand * measure)))
+    return COMM.allreduce(dolfinx.fem.assemble_scalar(kernels.form(integrand * measure)))
 
 
 @pytest.mark.parametrize("elements", [10, 40, 100])

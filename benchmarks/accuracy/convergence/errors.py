@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-import dolfinx
 import numpy as np
 import ufl
 from mpi4py import MPI
@@ -17,6 +16,7 @@ from benchmarks.accuracy import manufactured
 from benchmarks.accuracy.convergence.orders import END_DENSITY, END_DISPLACEMENT, QUANTITIES
 from benchmarks.accuracy.manufactured import QUADRILATERALS, TRIANGLES
 from benchmarks.shared.integrals import rule
+from growthx.fem import kernels
 from growthx.meshing.sampling import positions
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def errors_in_space(variant: gx.Variant, mesh: gx.Mesh) -> dict[str, float]:
     dim = mesh.dim
     X, volumes = rule(mesh, DEGREE)
     x = positions(mesh, X).reshape(-1, 3).T
-    gradients = dolfinx.fem.Expression(ufl.grad(problem.displacement), X).eval(mesh.domain, mesh.owned_cells)
+    gradients = kernels.expression(ufl.grad(problem.displacement), X).eval(mesh.domain, mesh.owned_cells)
     found = {
         "displacement": problem.displacement_at(X).reshape(-1, dim).T,
         "gradient": np.reshape(gradients, (-1, dim, dim)).transpose(1, 2, 0),
