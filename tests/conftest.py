@@ -1,15 +1,19 @@
 """Every test runs in one rank or in several; a test that starts programs of its own is marked `serial`."""
 
+import faulthandler
 import os
 import re
 import signal
 import sys
 from pathlib import Path
+from typing import TextIO
 
 import pytest
 from mpi4py import MPI
 
 COMM = MPI.COMM_WORLD
+HANGS = 600.0  # seconds after which a test does not end by itself
+SAID = pytest.StashKey[TextIO]()
 COMPLAINT = re.compile(r"^.*(?:PETSC ERROR|WARNING!|CHOLMOD (?:error|warning)).*$", re.MULTILINE)
 
 
@@ -17,6 +21,9 @@ COMPLAINT = re.compile(r"^.*(?:PETSC ERROR|WARNING!|CHOLMOD (?:error|warning)).*
 def pytest_configure(config):
     """Let rank 0 alone report, and programs that tests start hear Ctrl-C: in the background, shells have them deaf."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    said = os.fdopen(os.dup(sys.__stderr__.fileno()), "w")  # not what pytest keeps of a test's
+    config.add_cleanup(said.close)
+    config.stash[SAID] = said
     if COMM.rank > 0:
         nowhere = open(os.devnull, "w")  # noqa: SIM115
         config.add_cleanup(nowhere.close)
@@ -30,6 +37,16 @@ def pytest_collection_modifyitems(items):
         for item in items:
             if item.get_closest_marker("serial"):
                 item.add_marker(skip)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Let each rank say where it is in a test that hangs; several are ended, lest a whole run be waited for."""
+    faulthandler.dump_traceback_later(HANGS, exit=COMM.size > 1, file=item.config.stash[SAID])
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.hookimpl(hookwrapper=True)
