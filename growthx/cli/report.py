@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from growthx.common.renamed import renamed
 from growthx.stepping import record
 
 if TYPE_CHECKING:
@@ -75,9 +76,10 @@ def _print(content: Table) -> None:
     (console if console.is_terminal else Console(width=FILE_WIDTH)).print(content)
 
 
-def steps(result: Result, rows: int = 10) -> None:
-    """Print the statistics of about `rows` of the steps, the last one included, and how the run ended."""
-    stride = max(1, len(result.steps) // rows)
+@renamed(rows="lines")
+def steps(result: Result, lines: int = 10) -> None:
+    """Print the statistics of about `lines` of the steps, the last one included, and how the run ended."""
+    stride = max(1, len(result.steps) // lines)
     chosen = result.steps[::-1][::stride][::-1]
     table(
         f"{result.scene.name} with {result.variant.name}: {result.scene.mesh.cell_count} cells, "

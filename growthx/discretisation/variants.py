@@ -17,6 +17,7 @@ import numpy as np
 from growthx.common.checks import require_kind, require_name
 from growthx.common.errors import InputError, no_such_name
 from growthx.common.overrides import Sealed
+from growthx.common.renamed import renamed
 from growthx.fem.cells import PLURALS, SIMPLICES, TENSOR_CELLS, equal_sided
 
 if TYPE_CHECKING:
@@ -168,10 +169,11 @@ class Variant(Sealed, replaceable=()):
                 f"{self.mass_degree}: one degree for both, or one density per cell, would be right"
             )
 
-    def lumped(self, *, source: bool = False) -> Variant:
+    @renamed(source="with_source")
+    def lumped(self, *, with_source: bool = False) -> Variant:
         """The same with a lumped density matrix (Remark 4.3) and, on request, the source at the corners, too."""
-        name = f"{self.name} lumped" + (" with its source" if source else "")
-        return replace(self, name=name, storage_at_corners=True, source_at_corners=source)
+        name = f"{self.name} lumped" + (" with its source" if with_source else "")
+        return replace(self, name=name, storage_at_corners=True, source_at_corners=with_source)
 
     @property
     def one_rule(self) -> bool:
