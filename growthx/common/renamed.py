@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Callable
 from functools import wraps
@@ -85,4 +86,15 @@ class _Former:
 
 def _notice(told: str, old: str, new: str) -> None:
     """Say, at the line that calls what is told, that a name is an old one."""
-    warnings.warn(f"{told}: '{old}' is called '{new}' now, and the old name will go", DeprecationWarning, stacklevel=3)
+    # FFCx has all warnings logged, where nobody hears them unless the program sets its log up.
+    log = logging.getLogger("py.warnings")
+    handlers = [*log.handlers, *logging.getLogger().handlers]
+    unheard = logging.lastResort if all(isinstance(each, logging.NullHandler) for each in handlers) else None
+    if unheard:
+        log.addHandler(unheard)
+    try:
+        notice = f"{told}: '{old}' is called '{new}' now, and the old name will go"
+        warnings.warn(notice, DeprecationWarning, stacklevel=3)
+    finally:
+        if unheard:
+            log.removeHandler(unheard)

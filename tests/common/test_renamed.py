@@ -1,8 +1,11 @@
 """Old names of arguments: scripts of last year still run, and say what to change."""
 
+import subprocess
+import sys
 import warnings
 from dataclasses import dataclass, fields, replace
 
+import dolfinx  # noqa: F401  # with FFCx, which has warnings logged from then on: before they are looked for
 import numpy as np
 import pytest
 
@@ -85,6 +88,17 @@ def test_a_field_by_its_old_name():
     with pytest.raises(AttributeError, match="Grid has no 'cells'"):
         _ = Grid.cells
     assert [each.name for each in fields(Grid)] == ["elements"]
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("log", ["", "import logging; logging.basicConfig()"])
+def test_a_script_shows_the_notice_once(log, tmp_path):
+    """FFCx has warnings logged, and a program that does not set its log up would show none."""
+    script = tmp_path / "last_year.py"
+    script.write_text(f"{log}\nimport dolfinx\nimport growthx as gx\ngx.MartinSurface(unit=1.0)\n")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert done.stderr.count("MartinSurface: 'unit' is called 'length_unit' now") == 1, done.stderr
+    assert f"{script}:4" in done.stderr
 
 
 @pytest.mark.parametrize(
