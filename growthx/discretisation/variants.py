@@ -44,7 +44,12 @@ class Displacement(Sealed, replaceable=()):
 
 
 class DensitySpace(Protocol):
-    """Where the densities of a cell live."""
+    """Where the densities of a cell live.
+
+    Example:
+        >>> [(variant.name, variant.density.local) for variant in (gx.Q1Q1, gx.Q1P0, gx.Q1)]
+        [('Q1Q1', False), ('Q1P0', True), ('Q1', True)]
+    """
 
     local: bool  # no density is shared between cells, so that it can be eliminated cell by cell
 
@@ -246,7 +251,12 @@ def suited(cell_name: str) -> list[Variant]:
 
 
 def right_ones(cell_name: str, wanted: Callable[[Variant], bool]) -> str:
-    """The end of a refusal: the names of the variants for a shape of cells that would do."""
+    """The end of a refusal: the names of the variants for a shape of cells that would do.
+
+    Example:
+        >>> gx.variants.right_ones("triangle", lambda variant: variant.density.local)
+        'P1P0, P1, P2 would be right'
+    """
     return ", ".join(variant.name for variant in suited(cell_name) if wanted(variant)) + " would be right"
 
 

@@ -60,6 +60,11 @@ class Femur3d(Scene):
 
     anatomy: its landmarks.  zones: corners of convex bodies by name, shape (corners, 3), whose mean densities can be
     told.  body_weight: N.
+
+    Example:
+        >>> scene = gx.scenes.femur3d(size=12.0)
+        >>> isinstance(scene, gx.scenes.Femur3d), f"{scene.anatomy.radius:.0f} mm"
+        (True, '24 mm')
     """
 
     anatomy: SolidAnatomy = field(kw_only=True)
@@ -101,6 +106,11 @@ def femur3d(
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over the first step.
     trusted: let a script of the mesh run programs and write files, see `meshing.read`.
     Raises InputError for a mesh without these boundaries, and where they are not those of a femur.
+
+    Example:
+        >>> scene = gx.scenes.femur3d(size=12.0, body_weight=600.0)
+        >>> [case.name for case in scene.cases]
+        ['walking', 'one-legged stance', 'standing up']
     """
     low, high = WEIGHTS
     require_number(

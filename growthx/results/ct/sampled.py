@@ -44,6 +44,12 @@ def write(
     A plane body is one layer of voxels at z = 0.
     orientation: the frame of the body's coordinates, "RAS" or "LPS".
     Raises InputError for anything else or a file that is there, OutputError if it cannot be written.
+
+    Example:
+        >>> scene = gx.scenes.plate(2)
+        >>> gx.ct.write(gx.discretise(scene, gx.Q1P0), "plate.nii.gz", spacing=0.25)
+        >>> gx.ct.read("plate.nii.gz").voxels.values.shape
+        (10, 6, 1)
     """
     problem = getattr(result, "problem", result)
     require_problem(problem)
