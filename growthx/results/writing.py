@@ -48,7 +48,10 @@ def write(
     require_path(folder, "the folder for results")
     folder = Path(folder)
     if not result.steps:
-        raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
+        raise OutputError(
+            f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write, and a "
+            "run that got through its first one is needed"
+        )
     comm = result.problem.comm
     check_fields(fields, result.problem)
     with aside(folder, comm) as hidden:

@@ -148,12 +148,7 @@ def femur(
         (658, 6, 40.0)
     """
     require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
-    if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
-        raise InputError(
-            f"the weights of the load cases are {shown(weights)}: {len(LOAD_CASES)} numbers would be right"
-        )
-    for weight in weights:
-        require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+    _check_weights(weights)
     require_kind(separate, bool, "separate, of the load cases,", "True or False")
     program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
@@ -173,6 +168,15 @@ def femur(
     )
     loaded_arcs(scene)
     return scene
+
+
+def _check_weights(weights: Any) -> None:
+    if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
+        raise InputError(
+            f"the weights of the load cases are {shown(weights)}: {len(LOAD_CASES)} numbers would be right"
+        )
+    for weight in weights:
+        require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
 
 
 def _mesh_and_anatomy(

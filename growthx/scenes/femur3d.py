@@ -108,14 +108,10 @@ def femur3d(
     Raises InputError for a mesh without these boundaries, and where they are not those of a femur.
 
     Example:
-        >>> scene = gx.scenes.femur3d(size=12.0, body_weight=600.0)
-        >>> [case.name for case in scene.cases]
+        >>> [case.name for case in gx.scenes.femur3d(size=12.0, body_weight=600.0).cases]
         ['walking', 'one-legged stance', 'standing up']
     """
-    low, high = WEIGHTS
-    require_number(
-        body_weight, "the body weight (N)", f"one from {low:g} to {high:g}, 9.81 N for a kilogram,", _is_weight
-    )
+    _check_weight(body_weight)
     require_flag(separate, "separate, of the activities,")
     used = _used(activities, weights)
     program = Program(step=step, until=until, ramp=step)
@@ -142,6 +138,11 @@ def femur3d(
     )
     loaded_areas(scene)
     return scene
+
+
+def _check_weight(newtons: Any) -> None:
+    wanted = "one from {:g} to {:g}, 9.81 N for a kilogram,".format(*WEIGHTS)
+    require_number(newtons, "the body weight (N)", wanted, _is_weight)
 
 
 def _is_weight(newtons: float) -> bool:
