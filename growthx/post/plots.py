@@ -160,7 +160,7 @@ def along_length(
     if exact is not None:
         require_functions(exact, "the exact densities")
     first = next(iter(problems.values()))
-    check_picture(path, GRAPHS, first.comm)
+    check_picture(path, GRAPHS, first.comm, by="matplotlib")
     curves = {
         label: problem.sample_density_change(places) if relative else problem.sample_density(places)
         for label, problem in problems.items()

@@ -44,7 +44,7 @@ def _overview(words: Mapping[str, argparse.ArgumentParser]) -> list[str]:
 
     listed = pages.titles()
     told = ["growthx help TOPIC, where the topic is", f"  a command: {', '.join(words)}"]
-    told += [f"  a name of scripts: {', '.join(name for name in growthx.__all__ if not name.startswith('_'))}"]
+    told += [f"  a name of scripts: {', '.join(name for name in dir(growthx) if not name.startswith('_'))}"]
     told += ["  what a message ends with, as model.loads.Traction"]
     return told + (["  a page:", *(f"    {name}: {title}" for name, title in listed.items())] if listed else [])
 
@@ -59,7 +59,7 @@ def _told(topic: str, words: Mapping[str, argparse.ArgumentParser]) -> list[str]
         return [_page(topic).read_text(encoding="utf-8").rstrip()]
     import growthx
 
-    known = [*words, *growthx.__all__, *pages.titles()]
+    known = [*words, *dir(growthx), *pages.titles()]
     near = difflib.get_close_matches(topic, known, 3)
     right = " or ".join(near) if near else "one of those that `growthx help` lists"
     raise InputError(f"there is no help on {shown(topic)}: {right} would be right")
@@ -71,7 +71,7 @@ def _public(topic: str) -> tuple[Any, str] | None:
 
     value: Any = growthx
     for part in topic.removeprefix("gx.").removeprefix("growthx.").split("."):
-        if part.startswith("_") or not (value is not growthx or part in growthx.__all__):
+        if part.startswith("_") or not (value is not growthx or part in dir(growthx)):
             return None
         try:
             value = getattr(value, part)
