@@ -137,7 +137,7 @@ def lumping(folder, comm):
     kinds = {
         "consistent": gx.Q1Q1,
         "lumped": gx.Q1Q1.lumped(),
-        "lumped with its source": gx.Q1Q1.lumped(source=True),
+        "lumped with its source": gx.Q1Q1.lumped(with_source=True),
     }
     rows, early = [], {}
     levels = [plateau(scene, EARLY), equilibrium(replace(scene, growth=bar().growth), DISCONTINUOUS, 0.45).density]

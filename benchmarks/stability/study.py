@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Step
 
 VARIANTS = tuple(variant.name for variant in gx.variants.suited("quadrilateral"))
-LUMPED = tuple(variant.lumped(source=True) for variant in (gx.Q1Q1, gx.S2Q1))  # Remark 4.3
+LUMPED = tuple(variant.lumped(with_source=True) for variant in (gx.Q1Q1, gx.S2Q1))  # Remark 4.3
 
 
 def named(name: str) -> Variant:

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from docs.site.contents import ROOT
+from growthx.cli.machine import pages
 
 KINDS = ("InputError", "EndedEarly", "OutputError", "GrowthxError", "Interrupted", "RunNotWritten", "RunEndedEarly")
 ADVICE = re.compile(
     r"\b(?:would|is right|are right|is needed|are needed|needs?|must be|is due|goes on|remains|it has|which has|"
     r"may name|name one|check its|should|reads format|are one|one each|set DISPLAY|is there|"
-    r"has its own|has one|draws it|draw one of)\b"
+    r"has its own|has one|draws it|draw one of|may help|tells what there is)\b"
 )
 ELSEWHERE = re.compile(r"(?:…|:)$")  # it ends with what another sentence says, which is on the page as well
 
@@ -98,15 +99,20 @@ def page() -> str:
         "Every sentence that growthx ends with, as its code has it, with … for names and values; the search of this",
         "site finds them, too. The [exit status](exit_statuses.md) tells the kind: 2 is bad input, where the sentence",
         "says what is right, 3 a run that [ended early](docs/robustness.md), 1 results that could not be written.",
+        "",
+        "What a program prints ends with its place, as `(growthx help model.loads.Traction tells more)`: a heading of",
+        "this page, and a name below it. `growthx help` tells what is written of that, and where to read on.",
     ]
     room = module = ""
+    titles = pages.titles()
     for message in messages():
         if message.module.split(".")[0] != room:
             room = message.module.split(".")[0]
             told += ["", f"## {room}"]
         if message.module != module:
             module = message.module
-            told += ["", f"### {module}", ""]
+            more = (f"[{titles[name]}](docs/{name}.md)" for name in pages.pages_on(module))
+            told += ["", f"### {module}", "", f"Read on: {', '.join(more)}.", ""]
         told.append(f'- {_plain(message.text)} <a id="{message.anchor}" href="#{message.anchor}">¶</a>')
     return "\n".join(told) + "\n"
 

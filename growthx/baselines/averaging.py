@@ -25,7 +25,18 @@ FAR = 5.0  # radii beyond which a neighbour does not count: its weight is below 
 
 
 class Averaging(Protocol):
-    """A way to average values that belong to densities."""
+    """A way to average values that belong to densities.
+
+    Example:
+        >>> class Nothing:  # an average that leaves all as it is
+        ...     def on(self, problem):
+        ...         return lambda values: values
+        >>> scene = gx.scenes.plate(2)
+        >>> plain, *_ = gx.baselines.update(scene, gx.Q1P0)
+        >>> same, *_ = gx.baselines.update(scene, gx.Q1P0, source_average=Nothing())
+        >>> plain.mass == same.mass
+        True
+    """
 
     def on(self, problem: Discretisation) -> Callable[[Floats], Floats]:
         """The average on a problem: of values of this rank's growing densities, (densities,), to values of the same."""
@@ -71,7 +82,14 @@ class NonLocal(Sealed, replaceable=("on", "weights")):
 
 @dataclass(frozen=True)
 class Smoothed(Sealed, replaceable=("on",)):
-    """Extrapolated to the corners of the cells, averaged there over the cells, and put back into the cells."""
+    """Extrapolated to the corners of the cells, averaged there over the cells, and put back into the cells.
+
+    Example:
+        >>> smoothed = gx.baselines.Smoothed()
+        >>> *_, last = gx.baselines.update(gx.scenes.plate(4), gx.Q1P0, density_average=smoothed)
+        >>> f"t = {last.time:g}: density from {last.min_density:.3f} to {last.max_density:.3f}"
+        't = 2.5: density from 0.575 to 0.799'
+    """
 
     def on(self, problem: Discretisation) -> Callable[[Floats], Floats]:
         """The average on a problem; InputError if densities are at nodes, smooth already."""

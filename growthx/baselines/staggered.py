@@ -53,6 +53,13 @@ def frozen(scene: Scene, variant: Variant) -> Discretisation:
     """The discretisation of a scene whose density does not change by itself, for `update`.
 
     Raises InputError where mass moves, which the baselines do not know.
+
+    Example:
+        >>> scene = gx.scenes.plate(2)
+        >>> problem = gx.baselines.frozen(scene, gx.Q1P0)
+        >>> masses = [problem.mass() for _ in gx.baselines.update(scene, gx.Q1P0, problem)]
+        >>> len(masses), masses[-1] < masses[0]
+        (25, True)
     """
     check_scene(scene, variant)
     if scene.moves_mass:
@@ -91,6 +98,11 @@ def update(
     `mass_defect` of a step is the mass that averages, floor and bounds have made or lost, over the mass.
     Raises InputError for nodes without a volume (P2P2) and for a problem that is not frozen, or of another scene, and
     EndedEarly where no equilibrium is found.
+
+    Example:
+        >>> *_, last = gx.baselines.update(gx.scenes.plate(4), gx.Q1P0)
+        >>> f"t = {last.time:g}: density from {last.min_density:.3f} to {last.max_density:.3f}"
+        't = 2.5: density from 0.523 to 0.949'
     """
     check_scene(scene, variant)
     check_tolerance(tolerance)

@@ -59,7 +59,8 @@ def check(options: argparse.Namespace, mesh: Mesh, scene: SceneCommand) -> None:
             if _value(options, name):
                 raise InputError(f"--{name} is of a picture, and none is asked for: with --picture FILE would be right")
         return
-    check_picture(options.picture, GRAPHS if scene.graph else IMAGES, mesh.comm)
+    formats, by = (GRAPHS, "matplotlib") if scene.graph else (IMAGES, "pyvista")
+    check_picture(options.picture, formats, mesh.comm, by=by)
     if len(views) > 1:
         raise InputError(f"--{' and --'.join(views)} are two pictures: one of them for each run would be right")
     if _value(options, "grey") and views != ["slice"]:

@@ -15,6 +15,7 @@ from growthx.cli.femur3d import FEMUR3D
 from growthx.cli.implants.stem import STEM
 from growthx.cli.machine.completion import completion, options_of
 from growthx.cli.machine.doctor import DOCTOR
+from growthx.cli.machine.help import help_on
 from growthx.cli.machine.versions import VersionAction
 from growthx.cli.mesh import MESH
 from growthx.cli.movie import MOVIE
@@ -84,7 +85,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=VersionAction)
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     scenes = map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS))
-    for command in (*scenes, STEM, MESH, MOVIE, DOCTOR, completion(words.choices)):
+    others = (STEM, MESH, MOVIE, DOCTOR, completion(words.choices), help_on(words.choices))
+    for command in (*scenes, *others):
         own = words.add_parser(
             command.name,
             help=command.help,

@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from growthx.common.renamed import renamed
 from growthx.stepping import record
 
 if TYPE_CHECKING:
@@ -28,7 +29,15 @@ FILE_WIDTH = 120  # characters, where output goes to a file or a pipe, which has
 
 @contextmanager
 def progress(scene: Scene) -> Iterator[Callable[[Result], None]]:
-    """A progress bar over the time of the scene, as something to `watch` the run with; on a terminal only."""
+    """A progress bar over the time of the scene, as something to `watch` the run with; on a terminal only.
+
+    Example:
+        >>> scene = gx.scenes.plate(2)
+        >>> with gx.report.progress(scene) as watch:
+        ...     result = gx.solve(scene, gx.Q1P0, watch=watch)
+        >>> f"{result.time:g}"
+        '2.5'
+    """
     console = Console(stderr=True)
     if scene.mesh.comm.rank != 0 or not console.is_terminal:
         yield lambda result: None
@@ -46,7 +55,19 @@ def progress(scene: Scene) -> Iterator[Callable[[Result], None]]:
 
 
 def table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]], comm: MPI.Comm) -> None:
-    """Print a table on stdout, on rank 0: the first column to the left, the others to the right."""
+    """Print a table on stdout, on rank 0: the first column to the left, the others to the right.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> gx.report.table("Ends", ("variant", "u"), [("Q1", "2.37"), ("Q2", "2.36")], MPI.COMM_WORLD)
+        Ends
+        ┏━━━━━━━━━┳━━━━━━┓
+        ┃ variant ┃    u ┃
+        ┡━━━━━━━━━╇━━━━━━┩
+        │ Q1      │ 2.37 │
+        │ Q2      │ 2.36 │
+        └─────────┴──────┘
+    """
     if comm.rank != 0:
         return
     content = Table(title=Text(title, "bold"), title_justify="left")
@@ -58,7 +79,16 @@ def table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]], comm
 
 
 def rows(title: str, content: Iterable[Iterable[str]], header: Iterable[str] = ("", "")) -> None:
-    """Print a table on stdout, on this rank, if there is anything to print; without numbers if it has no header."""
+    """Print a table on stdout, on this rank, if there is anything to print; without numbers if it has no header.
+
+    Example:
+        >>> gx.report.rows("Spring", [("stiffness", "2"), ("on", "left")])
+        Spring
+        ┌───────────┬──────┐
+        │ stiffness │ 2    │
+        │ on        │ left │
+        └───────────┴──────┘
+    """
     content, header = [tuple(row) for row in content], tuple(header)
     if not content:
         return
@@ -75,9 +105,16 @@ def _print(content: Table) -> None:
     (console if console.is_terminal else Console(width=FILE_WIDTH)).print(content)
 
 
-def steps(result: Result, rows: int = 10) -> None:
-    """Print the statistics of about `rows` of the steps, the last one included, and how the run ended."""
-    stride = max(1, len(result.steps) // rows)
+@renamed(rows="lines")
+def steps(result: Result, lines: int = 10) -> None:
+    """Print the statistics of about `lines` of the steps, the last one included, and how the run ended.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.report.steps(result, lines=3)
+        plate with Q1P0: 8 cells, ...
+    """
+    stride = max(1, len(result.steps) // lines)
     chosen = result.steps[::-1][::stride][::-1]
     table(
         f"{result.scene.name} with {result.variant.name}: {result.scene.mesh.cell_count} cells, "
@@ -128,7 +165,19 @@ def numbers(
     reference: float | None = None,
     digits: int = 4,
 ) -> None:
-    """Print named numbers, and their relative change from a reference if there is one; digits: after the point."""
+    """Print named numbers, and their relative change from a reference if there is one; digits: after the point.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.report.numbers(result, "Densities", {"at rest": 1.0, "at the end": 1.5}, "g/cm³", reference=1.0)
+        Densities
+        ┏━━━━━━━━━━━━┳━━━━━━━━┳━━━━━━━━━━━━━━━━━┓
+        ┃            ┃  g/cm³ ┃ relative change ┃
+        ┡━━━━━━━━━━━━╇━━━━━━━━╇━━━━━━━━━━━━━━━━━┩
+        │ at rest    │ 1.0000 │           +0.0% │
+        │ at the end │ 1.5000 │          +50.0% │
+        └────────────┴────────┴─────────────────┘
+    """
     header = ["", unit] + ([] if reference is None else ["relative change"])
     rows = (
         [name, f"{value:.{digits}f}"] + ([] if reference is None else [f"{value / reference - 1:+.1%}"])
@@ -138,7 +187,13 @@ def numbers(
 
 
 def times(result: Result) -> None:
-    """Print where the time went, what solved the linear systems and, where that is known, the most memory."""
+    """Print where the time went, what solved the linear systems and, where that is known, the most memory.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.report.times(result)
+        set-up ... s, compiling ... s, solving ... s (linear systems: ...
+    """
     memory = result.costs[-1].peak_memory if result.costs else math.nan
     say(
         result,
@@ -149,6 +204,12 @@ def times(result: Result) -> None:
 
 
 def say(result: Result, sentence: str) -> None:
-    """Print a sentence on stdout, on rank 0."""
+    """Print a sentence on stdout, on rank 0.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.report.say(result, f"{len(result.steps)} steps")
+        25 steps
+    """
     if result.problem.comm.rank == 0:
         print(sentence)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,10 +116,17 @@ def require_path(value: Any, what: str) -> None:
         raise InputError(f"{what} is {shown(value)}: its path would be right")
 
 
-def check_picture(path: Any, suffixes: tuple[str, ...], comm: MPI.Comm) -> None:
-    """Refuse, on all ranks, a picture that could not be written (collective); suffixes: of the formats there are."""
+def check_picture(path: Any, suffixes: tuple[str, ...], comm: MPI.Comm, *, by: str = "pyvista") -> None:
+    """Refuse, on all ranks, a picture that could not be drawn or written (collective).
+
+    suffixes: of the formats there are.  by: the library that draws it.
+    """
     require_path(path, "the file of a picture")
-    raise_on_all(comm, _no_place_for(Path(path), suffixes) if comm.rank == 0 else "")
+    trouble = _no_place_for(Path(path), suffixes) if comm.rank == 0 else ""
+    if comm.rank == 0 and not trouble and find_spec(by) is None:
+        right = f"{by}, by pip as growthx[pictures] or Debian's python3-{by}"
+        trouble = f"the picture {path} is drawn by {by}, which is not installed: {right}, is needed"
+    raise_on_all(comm, trouble)
 
 
 def _no_place_for(file: Path, suffixes: tuple[str, ...]) -> str:

@@ -9,13 +9,15 @@ import traceback
 from collections.abc import Callable
 
 from growthx.common.errors import GrowthxError
+from growthx.common.places import place_of
 
 
 def guarded(main: Callable[[], int | None]) -> int:
     """Run a program's `main` and return its exit status.
 
-    A GrowthxError becomes one sentence on stderr and the error's exit status; Ctrl-C and SIGTERM become 130 and 143;
-    any other exception is a defect: its traceback is shown and, in a parallel run, all ranks are ended.
+    A GrowthxError becomes one sentence on stderr, with what `growthx help` tells more about, and the error's exit
+    status; Ctrl-C and SIGTERM become 130 and 143; any other exception is a defect: its traceback is shown and, in a
+    parallel run, all ranks are ended.
 
     Example:
         >>> gx.guarded(lambda: print("done"))
@@ -29,7 +31,9 @@ def guarded(main: Callable[[], int | None]) -> int:
         return status
     except GrowthxError as error:
         if _rank() == 0:
-            print(f"growthx: {error}", file=sys.stderr)
+            place = place_of(error)
+            more = f" (growthx help {place} tells more)" if place else ""
+            print(f"growthx: {error}{more}", file=sys.stderr)
         return error.exit_status
     except KeyboardInterrupt:
         return _ended("interrupted", 130)

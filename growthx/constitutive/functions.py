@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import ufl
 
+from growthx.common.renamed import renamed
+
 NEAR = 0.1  # |x| below which ln(1 + x) is taken from its series
 TERMS = 6  # of the series, which leave a relative error below 1e-17 there
 
@@ -55,20 +57,21 @@ def exp(x: Any) -> Any:
     return ufl.exp(x) if is_symbolic(x) else np.exp(x)
 
 
-def positive_part(x: Any, width: Any) -> Any:
-    """X where it is above, 0 where it is below, with the corner rounded over 0 < x < width and nowhere else.
+@renamed(width="rounding")
+def positive_part(x: Any, rounding: Any) -> Any:
+    """X where it is above, 0 where it is below, with the corner rounded over 0 < x < r, the rounding, and nowhere else.
 
-    There x² [2w − x]/w², whose slope is continuous, at least 0 and at most 4/3; it is below x by 4w/27 at most, at w/3.
+    There x² [2r − x]/r², whose slope is continuous, at least 0 and at most 4/3; it is below x by 4r/27 at most, at r/3.
 
     Example:
         >>> [f"{gx.functions.positive_part(x, 0.1):.3f}" for x in (-1.0, 0.05, 1.0)]
         ['0.000', '0.038', '1.000']
     """
-    rounded = x * x * (2 * width - x) / (width * width)
-    if is_symbolic(x) or is_symbolic(width):
-        return ufl.conditional(ufl.lt(x, 0.0), 0.0, ufl.conditional(ufl.gt(x, width), x, rounded))
+    rounded = x * x * (2 * rounding - x) / (rounding * rounding)
+    if is_symbolic(x) or is_symbolic(rounding):
+        return ufl.conditional(ufl.lt(x, 0.0), 0.0, ufl.conditional(ufl.gt(x, rounding), x, rounded))
     real = np.real(x)
-    return np.where(real < 0, 0.0, np.where(real > width, x, rounded))[()]
+    return np.where(real < 0, 0.0, np.where(real > rounding, x, rounded))[()]
 
 
 def smaller(x: Any, y: Any) -> Any:

@@ -17,6 +17,7 @@ import numpy as np
 from growthx.common.checks import require_kind, require_name
 from growthx.common.errors import InputError, no_such_name
 from growthx.common.overrides import Sealed
+from growthx.common.renamed import renamed
 from growthx.fem.cells import PLURALS, SIMPLICES, TENSOR_CELLS, equal_sided
 
 if TYPE_CHECKING:
@@ -43,7 +44,12 @@ class Displacement(Sealed, replaceable=()):
 
 
 class DensitySpace(Protocol):
-    """Where the densities of a cell live."""
+    """Where the densities of a cell live.
+
+    Example:
+        >>> [(variant.name, variant.density.local) for variant in (gx.Q1Q1, gx.Q1P0, gx.Q1)]
+        [('Q1Q1', False), ('Q1P0', True), ('Q1', True)]
+    """
 
     local: bool  # no density is shared between cells, so that it can be eliminated cell by cell
 
@@ -168,10 +174,11 @@ class Variant(Sealed, replaceable=()):
                 f"{self.mass_degree}: one degree for both, or one density per cell, would be right"
             )
 
-    def lumped(self, *, source: bool = False) -> Variant:
+    @renamed(source="with_source")
+    def lumped(self, *, with_source: bool = False) -> Variant:
         """The same with a lumped density matrix (Remark 4.3) and, on request, the source at the corners, too."""
-        name = f"{self.name} lumped" + (" with its source" if source else "")
-        return replace(self, name=name, storage_at_corners=True, source_at_corners=source)
+        name = f"{self.name} lumped" + (" with its source" if with_source else "")
+        return replace(self, name=name, storage_at_corners=True, source_at_corners=with_source)
 
     @property
     def one_rule(self) -> bool:
@@ -244,7 +251,12 @@ def suited(cell_name: str) -> list[Variant]:
 
 
 def right_ones(cell_name: str, wanted: Callable[[Variant], bool]) -> str:
-    """The end of a refusal: the names of the variants for a shape of cells that would do."""
+    """The end of a refusal: the names of the variants for a shape of cells that would do.
+
+    Example:
+        >>> gx.variants.right_ones("triangle", lambda variant: variant.density.local)
+        'P1P0, P1, P2 would be right'
+    """
     return ", ".join(variant.name for variant in suited(cell_name) if wanted(variant)) + " would be right"
 
 

@@ -29,7 +29,13 @@ PLANE_CELLS = ("quadrilateral", "triangle")
 
 
 def load_gmsh() -> None:
-    """Import gmsh ahead of its use, for a program that counts imports and set-up apart (rank 0 only, as elsewhere)."""
+    """Import gmsh ahead of its use, for a program that counts imports and set-up apart (rank 0 only, as elsewhere).
+
+    Example:
+        >>> gx.meshing.load_gmsh()  # a second or so, once
+        >>> gx.meshing.read(gx.meshing.locate("bar.geo")).dim
+        2
+    """
     if MPI.COMM_WORLD.rank == 0:
         from growthx.meshing.formats import gmsh
 
@@ -91,6 +97,11 @@ def read(
         Name), by the last part of their names or, where several end alike, their whole names
 
     InputError, on all ranks, if the file or a parameter is not usable.
+
+    Example:
+        >>> mesh = gx.meshing.read(gx.meshing.locate("femur_658.msh"))
+        >>> mesh.cell_name, mesh.cell_count, sorted(mesh.regions), sorted(mesh.boundaries)
+        ('quadrilateral', 658, ['bone'], ['distal', 'surface'])
     """
 
     def whole() -> Parts:

@@ -33,6 +33,13 @@ class Parts:
     regions: rows in `cells` of each named region, (cells of the region,)
     origin: where cells and nodes come from; None: they stand as they stood
     notices: sentences on what was left out or changed in reading
+
+    Example:
+        >>> import numpy as np
+        >>> points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+        >>> parts = gx.meshing.Parts("triangle", points, np.array([[0, 1, 2]]), {"bottom": np.array([[0, 1]])}, {})
+        >>> len(parts.points), list(parts.boundaries)
+        (3, ['bottom'])
     """
 
     shape: str

@@ -35,6 +35,12 @@ def register(field: DerivedField) -> None:
     """Have one more field told from now on (on all ranks), or another of one's own in place of one of its name.
 
     Raises InputError for what is no field, and for names that growthx's own fields have.
+
+    Example:
+        >>> growth = gx.results.DerivedField("growth", lambda problem: problem.density - 1.0, unit="mass per volume")
+        >>> gx.results.register(growth)
+        >>> "growth" in gx.results.cell_fields(gx.discretise(gx.scenes.plate(2), gx.Q1P0))
+        True
     """
     require_kind(field, DerivedField, "a field to be told", "a DerivedField")
     if field.name in (*_OURS, *OTHERS):

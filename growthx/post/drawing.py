@@ -60,6 +60,11 @@ def on_rank_0(problem: Discretisation, path: str | os.PathLike[str], draw: Calla
         except OSError as error:
             reason = error.strerror or str(error)
             trouble = f"the picture {path} cannot be written ({reason}): another folder would be right"
+        except ImportError as error:
+            trouble = (
+                f"the picture {path} cannot be drawn, since a library does not import ({error}): `growthx doctor` "
+                "tells which one is needed, and how it is installed"
+            )
         except Exception as error:  # the other ranks must hear of it whatever it is
             failure = error
     raise_on_all(problem.comm, trouble, OutputError)

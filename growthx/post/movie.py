@@ -58,6 +58,11 @@ def movie(
     space is cut in its middle, across its thinnest extent, to show what is inside.
     Raises InputError, before anything is drawn, for a folder without a series, a field that is not there and a movie
     that could not be written, OutputError if the disk does not take it.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0, out="run", frames=3)
+        >>> gx.plots.movie("run").name
+        'run.gif'
     """
     require_path(folder, "the folder of a run")
     require_name(field, "the field of a movie")

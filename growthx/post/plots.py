@@ -84,6 +84,10 @@ def density(
     arrows: draw the arrows that dead loads have (`Load.arrow`), as distributed forces do, a colour for each load case.
     Raises InputError, before anything is drawn, for a picture that could not be written, and for a second scale where
     nothing relative is drawn or ρ* is not the same everywhere.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.plots.density(result.problem, "plate.png", title="density")
     """
     require_problem(problem)
     if problem.scene.mesh.dim == 3:
@@ -111,6 +115,11 @@ def densities(
     """Draw the densities of several plane bodies side by side, in one range of colours, and save them.
 
     problems: by the text above each.  columns: most of them in a row.  Everything else as for `density`.
+
+    Example:
+        >>> results = {variant.name: gx.solve(gx.scenes.plate(2), variant) for variant in (gx.Q1P0, gx.Q1)}
+        >>> problems = {name: result.problem for name, result in results.items()}
+        >>> gx.plots.densities(problems, "plates.png", title="density", columns=2)
     """
     require_problems(problems)
     require_whole(columns, "the number of columns")
@@ -139,13 +148,19 @@ def along_length(
     problems: results by label.  relative: plot [ρ − ρ*]/ρ* instead, as the paper does.
     exact: functions of x by label, of what is plotted, drawn as dashed lines.
     Raises InputError, before anything is drawn, for a picture that could not be written and for what are no places.
+
+    Example:
+        >>> import numpy as np
+        >>> places = np.column_stack([np.linspace(0.0, 1.0, 101), np.zeros(101)])
+        >>> bars = {variant.name: gx.discretise(gx.scenes.bar(), variant) for variant in (gx.Q1P0, gx.Q2)}
+        >>> gx.plots.along_length(bars, "bar.png", places)
     """
     require_problems(problems)
     require_flag(relative, "relative, of a picture,")
     if exact is not None:
         require_functions(exact, "the exact densities")
     first = next(iter(problems.values()))
-    check_picture(path, GRAPHS, first.comm)
+    check_picture(path, GRAPHS, first.comm, by="matplotlib")
     curves = {
         label: problem.sample_density_change(places) if relative else problem.sample_density(places)
         for label, problem in problems.items()

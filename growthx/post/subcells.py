@@ -49,7 +49,10 @@ def subcells(cell_name: str, points: Floats) -> Subcells:
     apart = equal_sided(cell, middles)[:, np.newaxis] - equal_sided(cell, points)
     owner = np.linalg.norm(apart, axis=2).argmin(axis=1)
     if not np.array_equal(np.sort(owner), np.arange(len(points))):
-        raise InputError(f"a {cell_name} with {len(points)} integration points cannot be cut into one piece for each")
+        raise InputError(
+            f"a {cell_name} with {len(points)} integration points cannot be cut into one piece for each: Gauss points "
+            "of tensor cells, or one near each corner of a simplex, would be right"
+        )
     return Subcells(shape, X, pieces, owner)
 
 

@@ -29,6 +29,15 @@ class FieldWriter:
 
     The series is whole after each state, also if the run is killed while the next is written.
     told: what was written last.  Where `tells_raw`, all that `raw.pvd` tells is in it.
+
+    Example:
+        >>> from mpi4py import MPI
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> writer = gx.results.FieldWriter(gx.results.new_folder("states", MPI.COMM_WORLD), problem)
+        >>> for step in gx.march(problem.scene, gx.Q1P0, problem):
+        ...     writer.write(step.time)
+        >>> f"{writer.last:g}"
+        '2.5'
     """
 
     def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from growthx.common.checks import require_path
 from growthx.common.errors import OutputError
+from growthx.common.renamed import renamed
 from growthx.post.derived import check_fields
 from growthx.results.density import write_density
 from growthx.results.history import write_history
@@ -20,18 +21,19 @@ if TYPE_CHECKING:
     from growthx.stepping.record import Result
 
 
+@renamed(density="with_density", history="with_history")
 def write(
     folder: Path,
     result: Result,
     *,
-    density: bool = False,
-    history: bool = True,
+    with_density: bool = False,
+    with_history: bool = True,
     vtkhdf: bool = False,
     fields: Sequence[str] | None = None,
 ) -> None:
     """Write the last state into a folder made by `new_folder` (collective): fields, as means and raw, and the history.
 
-    density: and what `read_density` reads.  history: False where it is there already.
+    with_density: and what `read_density` reads.  with_history: False where it is there already.
     vtkhdf, fields: see `growthx.solve`.
 
     All files are there afterwards, whole, or none.  Raises OutputError if they cannot be written, or if the run has no
@@ -46,7 +48,10 @@ def write(
     require_path(folder, "the folder for results")
     folder = Path(folder)
     if not result.steps:
-        raise OutputError(f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write")
+        raise OutputError(
+            f"the run of the scene '{result.scene.name}' has no accepted step: there is nothing to write, and a "
+            "run that got through its first one is needed"
+        )
     comm = result.problem.comm
     check_fields(fields, result.problem)
     with aside(folder, comm) as hidden:
@@ -54,7 +59,7 @@ def write(
         writer.write(result.time)
         writer.close()
         with agreed(folder, comm):
-            if history:
+            if with_history:
                 write_history(hidden, result)
-            if density:
+            if with_density:
                 write_density(hidden, result.problem)

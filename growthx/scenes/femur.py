@@ -92,6 +92,11 @@ class Femur(Scene):
 
     anatomy: where the hip's forces act.  zones: polygons by name, shape (corners, 2), whose mean densities can be told;
     none where they would not be meant.  thickness: of the plane model (mm).
+
+    Example:
+        >>> scene = gx.scenes.femur()
+        >>> isinstance(scene, gx.scenes.Femur), len(scene.zones), scene.thickness
+        (True, 10, 30.0)
     """
 
     anatomy: Anatomy = field(default_factory=own_anatomy)
@@ -136,14 +141,14 @@ def femur(
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over five steps.
     trusted: let a script of the mesh run programs and write files, see `meshing.read`.
     Raises InputError where the head or the trochanter cannot be told, or do not lie on the boundary.
+
+    Example:
+        >>> scene = gx.scenes.femur(step=8.0, until=40.0)
+        >>> scene.mesh.cell_count, len(scene.loads), scene.program.until
+        (658, 6, 40.0)
     """
     require_number(thickness, "the thickness (mm)", "a positive number", lambda h: h > 0)
-    if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
-        raise InputError(
-            f"the weights of the load cases are {shown(weights)}: {len(LOAD_CASES)} numbers would be right"
-        )
-    for weight in weights:
-        require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
+    _check_weights(weights)
     require_kind(separate, bool, "separate, of the load cases,", "True or False")
     program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
@@ -163,6 +168,15 @@ def femur(
     )
     loaded_arcs(scene)
     return scene
+
+
+def _check_weights(weights: Any) -> None:
+    if not isinstance(weights, (tuple, list)) or len(weights) != len(LOAD_CASES):
+        raise InputError(
+            f"the weights of the load cases are {shown(weights)}: {len(LOAD_CASES)} numbers would be right"
+        )
+    for weight in weights:
+        require_number(weight, "the weight of a load case", "a number of at least 0", lambda w: w >= 0)
 
 
 def _mesh_and_anatomy(

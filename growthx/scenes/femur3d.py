@@ -60,6 +60,11 @@ class Femur3d(Scene):
 
     anatomy: its landmarks.  zones: corners of convex bodies by name, shape (corners, 3), whose mean densities can be
     told.  body_weight: N.
+
+    Example:
+        >>> scene = gx.scenes.femur3d(size=12.0)
+        >>> isinstance(scene, gx.scenes.Femur3d), f"{scene.anatomy.radius:.0f} mm"
+        (True, '24 mm')
     """
 
     anatomy: SolidAnatomy = field(kw_only=True)
@@ -101,11 +106,12 @@ def femur3d(
     n, m: exponents of density.  step, until: Δt and end of the march; the load ramps over the first step.
     trusted: let a script of the mesh run programs and write files, see `meshing.read`.
     Raises InputError for a mesh without these boundaries, and where they are not those of a femur.
+
+    Example:
+        >>> [case.name for case in gx.scenes.femur3d(size=12.0, body_weight=600.0).cases]
+        ['walking', 'one-legged stance', 'standing up']
     """
-    low, high = WEIGHTS
-    require_number(
-        body_weight, "the body weight (N)", f"one from {low:g} to {high:g}, 9.81 N for a kilogram,", _is_weight
-    )
+    _check_weight(body_weight)
     require_flag(separate, "separate, of the activities,")
     used = _used(activities, weights)
     program = Program(step=step, until=until, ramp=step)
@@ -132,6 +138,11 @@ def femur3d(
     )
     loaded_areas(scene)
     return scene
+
+
+def _check_weight(newtons: Any) -> None:
+    wanted = "one from {:g} to {:g}, 9.81 N for a kilogram,".format(*WEIGHTS)
+    require_number(newtons, "the body weight (N)", wanted, _is_weight)
 
 
 def _is_weight(newtons: float) -> bool:

@@ -71,6 +71,11 @@ def stem_mesh(
     tip: height of the stem's tip.  width: of the stem there.  head_radius: of the head.  size: of cells (all in mm).
     natural: the femur's own head and neck are one piece with the stem.  shape: of cells, "quadrilateral" or "triangle".
     Raises InputError for a stem that is not in the bone.
+
+    Example:
+        >>> mesh = gx.scenes.stem_mesh(tip=40.0, size=6.0)
+        >>> sorted(mesh.regions), sorted(mesh.boundaries)
+        (['bone', 'stem'], ['distal', 'interface', 'surface'])
     """
     for value, what in ((tip, "the height of the stem's tip"), (width, "the width of the stem")):
         require_number(value, f"{what} (mm)", "a positive number", lambda x: x > 0)
@@ -134,6 +139,12 @@ def stem(
     there, [ρ/ρ*]ⁿ of bone's, for the density that was carried; that changes next to nothing.
     head_radius: of the head that bears the joint's force, 24 of the femur's own.
     Everything else as for `femur`.  Its zones are Gruen's, of a stem as long as the mesh's.
+
+    Example:
+        >>> mesh = gx.scenes.stem_mesh(size=6.0)
+        >>> scene = gx.scenes.stem(mesh, 1.2, young=2000.0, until=4.0)
+        >>> scene.growing, sorted(scene.zones)[:2]
+        (('bone',), ['Gruen 1', 'Gruen 2'])
     """
     for region in ("bone", "stem"):
         mesh.region(region)

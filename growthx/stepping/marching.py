@@ -9,6 +9,7 @@ from growthx.common.errors import EndedEarly, InputError
 from growthx.discretisation.checks.arguments import check_problem_of
 from growthx.discretisation.discretise import discretise
 from growthx.model.actions.histories import jumps_of
+from growthx.model.exponents import is_well_posed
 from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
 from growthx.stepping.arguments import check_run
@@ -110,14 +111,15 @@ class March(Iterator[Step]):
             problem, self._newton, stepping.scheme, estimate=self._control.needs_error, predict=stepping.predicted
         )
 
-    def _at_once(self, time: float) -> str:
-        """Of a run that cannot begin since all of its load comes at once, what would help, as the end of a sentence."""
-        program = self.problem.scene.program
-        if time > 0.0 or program.amplitude(program.step) < 1.0:
-            return ""
-        return (
-            f": with a ramp of {program.ramp:g} all of the load is there at once, and one over several steps may help"
-        )
+    def _what_may_help(self, time: float) -> str:
+        """The end of the sentence on a run that cannot go on (collective)."""
+        scene = self.problem.scene
+        if time <= 0.0 and scene.program.amplitude(scene.program.step) >= 1.0:
+            ramp = f"with a ramp of {scene.program.ramp:g} all of the load is there at once"
+            return f"{ramp}, and one over several steps may help"
+        if not is_well_posed(scene):
+            return "a law by which more density means a lower stimulus, as for m > n, is needed"
+        return "a smaller load" + ("" if scene.growth.is_bounded else ", or a law with a lowest density,") + " may help"
 
     def _step(self, target: float) -> tuple[Step, SolvedStep]:
         """The next accepted step, which goes no further than a target, and how it was solved."""
@@ -147,7 +149,8 @@ class March(Iterator[Step]):
                     continue
                 raise EndedEarly(
                     f"the run ended at t = {time:g} of {program.until:g}: {why}, "
-                    f"and a time step cut from {program.step:g} to {end - time:.3g} did not help" + self._at_once(time)
+                    f"and a time step cut from {program.step:g} to {end - time:.3g} did not help: "
+                    f"{self._what_may_help(time)}"
                 )
         reactions = problem.reactions()
         force_defect, moment_defect = self._witness.defects(reactions)

@@ -205,7 +205,8 @@ def test_what_cannot_be_told_ends_all_ranks(capsys, monkeypatch):
         raise OutputError("no picture")
 
     monkeypatch.setattr("growthx.cli.mesh._look", fail)
-    assert COMM.allgather(told(capsys, FILES / "two_good.msh", status=1)[1]) == ["growthx: no picture\n"] * COMM.size
+    said = "growthx: no picture (growthx help cli.mesh tells more)\n"
+    assert COMM.allgather(told(capsys, FILES / "two_good.msh", status=1)[1]) == [said] * COMM.size
 
 
 @pytest.mark.parametrize("name", ["two_good.msh", "space.msh"])

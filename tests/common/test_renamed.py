@@ -1,12 +1,16 @@
 """Old names of arguments: scripts of last year still run, and say what to change."""
 
+import subprocess
+import sys
 import warnings
+from dataclasses import dataclass, fields, replace
 
+import dolfinx  # noqa: F401  # with FFCx, which has warnings logged from then on: before they are looked for
 import numpy as np
 import pytest
 
 import growthx as gx
-from growthx.common.renamed import renamed
+from growthx.common.renamed import renamed, renamed_fields
 
 
 @renamed(cells="elements")
@@ -60,6 +64,56 @@ def test_a_stem_by_old_names_is_the_same():
         before = gx.scenes.stem_mesh(head=15.0, size=6.0)
     now = gx.scenes.stem_mesh(head_radius=15.0, size=6.0)
     assert np.array_equal(before.domain.geometry.x, now.domain.geometry.x)
+
+
+@renamed_fields(cells="elements")
+@dataclass(frozen=True)
+class Grid:
+    """Something that had another field once."""
+
+    elements: int = 1
+
+
+def test_a_field_by_its_old_name():
+    """When it is made and when it is read, each with a notice at the caller's line; both names are refused."""
+    with pytest.warns(DeprecationWarning, match=r"^Grid: 'cells' is called 'elements' now") as found:
+        assert Grid(cells=3) == Grid(3)
+    with pytest.warns(DeprecationWarning, match=r"^Grid: 'cells' is called 'elements' now") as read:
+        assert Grid(elements=3).cells == 3
+    assert found[0].filename == read[0].filename == __file__
+    with pytest.raises(gx.InputError, match="Grid has cells=3 and elements=4, which are the same: elements alone"):
+        Grid(cells=3, elements=4)
+    with pytest.raises(gx.InputError, match="elements alone would be right"):
+        replace(Grid(3), cells=4)
+    with pytest.raises(AttributeError, match="Grid has no 'cells'"):
+        _ = Grid.cells
+    assert [each.name for each in fields(Grid)] == ["elements"]
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("log", ["", "import logging; logging.basicConfig()"])
+def test_a_script_shows_the_notice_once(log, tmp_path):
+    """FFCx has warnings logged, and a program that does not set its log up would show none."""
+    script = tmp_path / "last_year.py"
+    script.write_text(f"{log}\nimport dolfinx\nimport growthx as gx\ngx.MartinSurface(unit=1.0)\n")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert done.stderr.count("MartinSurface: 'unit' is called 'length_unit' now") == 1, done.stderr
+    assert f"{script}:4" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (lambda: gx.Foundation("bottom", normal=2.0, tangential=1.0), lambda: gx.Foundation("bottom", 2.0, 1.0)),
+        (lambda: gx.MartinSurface(unit=1000.0), lambda: gx.MartinSurface(length_unit=1000.0)),
+        (lambda: gx.Q1Q1.lumped(source=True), lambda: gx.Q1Q1.lumped(with_source=True)),
+        (lambda: gx.functions.positive_part(0.05, width=0.1), lambda: gx.functions.positive_part(0.05, rounding=0.1)),
+    ],
+)
+def test_words_that_had_two_meanings_are_still_understood(old, new):
+    """The same object or number, with a notice."""
+    with pytest.warns(DeprecationWarning, match="and the old name will go"):
+        assert old() == new()
 
 
 def test_the_bar_takes_the_words_of_the_command_line():

@@ -347,7 +347,9 @@ def test_the_parts_of_a_mixed_unknown_are_owned_as_their_own_spaces_are(variant)
     assert len(np.unique(np.concatenate([densities, part]))) == len(densities) + len(part)
 
 
-@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1, gx.Q1Q1.lumped(source=True)], ids=lambda variant: variant.name)
+@pytest.mark.parametrize(
+    "variant", [gx.Q1P0, gx.Q1Q1, gx.Q1Q1.lumped(with_source=True)], ids=lambda variant: variant.name
+)
 def test_before_the_first_step_there_is_an_answer_or_a_sentence(variant):
     """What is not borne yet is no attribute that is not there yet."""
     problem = gx.discretise(block(square(2)), variant)

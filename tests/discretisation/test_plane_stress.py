@@ -256,7 +256,7 @@ def grown(right, top):
         (gx.S2fri, {}),
         (gx.Q1Q1, {"growing": ("bone",)}),
         (gx.P2P2, {}),
-        (gx.Q1Q1.lumped(source=True), {}),
+        (gx.Q1Q1.lumped(with_source=True), {}),
         (gx.Q1, {"material": gx.Hencky(1.0, 0.25, 1.2)}),
         (gx.Q1P0, {"material": gx.LinearElasticity(1.0, 0.25, 1.2)}),
         (gx.Q1P0, {"material": gx.SaintVenantKirchhoff(1.0, 0.25, 1.2)}),

@@ -72,7 +72,7 @@ def test_initial_mass_is_that_of_the_body(variant):
 @sources
 def test_mass_is_balanced_on_distorted_meshes(variant, source):
     """What is stored is what the source gives, at whatever points either is integrated."""
-    steps, _ = run(block(square(3, 0.06, shape=variant.cells[0])), variant.lumped(source=source))
+    steps, _ = run(block(square(3, 0.06, shape=variant.cells[0])), variant.lumped(with_source=source))
     assert max(step.mass_defect for step in steps) < 1e-11
     assert abs(steps[-1].mass / 1.2 - 1) > 1e-3
 
@@ -82,7 +82,7 @@ def test_mass_is_balanced_on_distorted_meshes(variant, source):
 def test_tangent_is_the_derivative_of_the_forces(variant, source):
     """The lumped terms are forms of their own: one that is left out of the tangent costs Newton its speed."""
     scene = block(square(2, 0.06, shape=variant.cells[0]), flux=gx.MassFlux(0.05))
-    problem = gx.discretise(scene, variant.lumped(source=source))
+    problem = gx.discretise(scene, variant.lumped(with_source=source))
     problem.system.begin_step(0.1, 0.7)
     set_iterate(
         problem,
@@ -109,12 +109,12 @@ def test_a_homogeneous_block_does_not_feel_it(variant, source, distortion):
         loads=(gx.Traction("right", (0.9, 0.0)),),
         program=gx.Program(step=0.25, until=1.5, ramp=0.5),
     )
-    plain, lumped = (run(scene, v, tolerance=1e-12)[1] for v in (variant, variant.lumped(source=source)))
+    plain, lumped = (run(scene, v, tolerance=1e-12)[1] for v in (variant, variant.lumped(with_source=source)))
     assert densities(lumped) == pytest.approx(densities(plain), rel=1e-9)
     assert displacements(lumped) == pytest.approx(displacements(plain), abs=1e-9)
     assert np.ptp(densities(lumped)[:, 2]) < 1e-9 and abs(densities(lumped)[0, 2] - 1.2) > 0.05
     rho = uniaxial_equilibrium(material, growth, 0.9).density
-    at_rest = gx.homeostasis(scene, variant.lumped(source=source), tolerance=1e-12)
+    at_rest = gx.homeostasis(scene, variant.lumped(with_source=source), tolerance=1e-12)
     assert densities(at_rest)[:, 2] == pytest.approx(rho, rel=1e-9)
 
 
@@ -123,7 +123,7 @@ def test_at_equilibrium_only_the_source_matters(variant):
     """Storage is a rate, which has vanished by then; a source at the corners is another discretisation."""
     scene = plate(6, shape=variant.cells[0])
     plain, storage, source = (
-        densities(gx.homeostasis(scene, v))[:, 2] for v in (variant, variant.lumped(), variant.lumped(source=True))
+        densities(gx.homeostasis(scene, v))[:, 2] for v in (variant, variant.lumped(), variant.lumped(with_source=True))
     )
     assert storage == pytest.approx(plain, abs=1e-8)
     assert np.abs(source - plain).max() > 1e-2
@@ -182,7 +182,7 @@ def overshoots(variant):
 def test_lumping_damps_overshoots_while_they_arise():
     """What Remark 4.3 promises: a first step almost without them.  With time they come back, as they belong to the
     equilibrium of the consistent source; at the corners, too, it has less of them."""
-    full, lumped, with_source = (overshoots(v) for v in (gx.Q1Q1, gx.Q1Q1.lumped(), gx.Q1Q1.lumped(source=True)))
+    full, lumped, with_source = (overshoots(v) for v in (gx.Q1Q1, gx.Q1Q1.lumped(), gx.Q1Q1.lumped(with_source=True)))
     assert full[0] > 3e-3
     assert lumped[0] < full[0] / 30  # t = 0.1
     assert lumped[2] < full[2] / 2  # t = 0.3
@@ -237,11 +237,11 @@ def test_masses_at_nodes_are_those_of_textbooks():
 def test_what_has_no_positive_shares_at_corners_is_refused(variant, source):
     """Quadratic shares vanish there or have no positive mean, and local densities need no matrix: four are left."""
     if variant in LINEAR:
-        lumped = variant.lumped(source=source)
+        lumped = variant.lumped(with_source=source)
         assert (lumped.storage_at_corners, lumped.source_at_corners) == (True, source)
         assert lumped.name == variant.name + (" lumped with its source" if source else " lumped")
         assert replace(lumped, name=variant.name, storage_at_corners=False, source_at_corners=False) == variant
         return
     with pytest.raises(InputError, match=r"cannot lump .*: Q1Q1, S2Q1, P1P1, P2P1 could") as caught:
-        variant.lumped(source=source)
+        variant.lumped(with_source=source)
     assert variant.name in str(caught.value)

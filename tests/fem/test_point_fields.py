@@ -133,7 +133,7 @@ def test_lumped_sources_refuse_values_of_other_points(shape):
     scene = block(mesh, growth=gx.EnergyDrivenGrowth(at_points(mesh, variant.momentum_degree), 5.0))
     gx.discretise(scene, variant.lumped())
     with pytest.raises(gx.InputError, match="needs it at others"):
-        gx.discretise(scene, variant.lumped(source=True))
+        gx.discretise(scene, variant.lumped(with_source=True))
 
 
 def test_laws_of_the_users_own_are_looked_at_too():

@@ -103,7 +103,10 @@ def test_a_plane_model_is_the_strip(shared_folder):
         (model().replace("0,0,0", "0,0"), "has 2 to 3 numbers in a row"),
         (model().replace("0,0,0", "0,0,nan"), "has nodes that are nowhere"),
         (model().replace('name="top"', ""), "has no name"),
-        (model().replace('lid="1"', 'lid="3"'), "elements that its set does not have"),
+        (
+            model().replace('lid="1"', 'lid="3"'),
+            "element with lid 3, which its set does not have: 1 would be right",
+        ),
         (model().replace(">7<", ">8<"), "speaks of the element 8"),
         (
             model().replace("15,16,17,18</quad4>", '15,16,17,18</quad4><tri3 id="2">15,16,17</tri3>'),

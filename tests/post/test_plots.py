@@ -1,6 +1,7 @@
 """Pictures show what was computed: which values, on which shape."""
 
 import inspect
+import sys
 
 import matplotlib.image
 import numpy as np
@@ -293,6 +294,33 @@ def test_profile_of_the_bar(name, shared_folder):
     plots.along_length({name: problem}, path, places, exact={"one": lambda x: 1.0})
     COMM.barrier()
     assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("library", "name"), [("pyvista", "plate.png"), ("pyvista", "plate.gif"), ("matplotlib", "bar.pdf")]
+)
+def test_a_library_that_is_not_there_is_named_before_anything_is_drawn(library, name, shared_folder, monkeypatch):
+    """The pictures' is one of those that pip installs on request; a long run must not end in an ImportError."""
+    monkeypatch.setitem(sys.modules, library, None)
+    draw = {
+        "plate.png": lambda path: plots.density(gx.discretise(gx.scenes.plate(2), gx.Q1P0), path),
+        "plate.gif": lambda path: plots.movie(shared_folder, path),
+        "bar.pdf": lambda path: plots.along_length({"": gx.discretise(gx.scenes.plate(2), gx.Q1P0)}, path, np.eye(2)),
+    }
+    with pytest.raises(gx.InputError, match=f"is drawn by {library}, which is not installed: .* is needed"):
+        draw[name](shared_folder / name)
+
+
+def test_a_library_that_does_not_import_is_told(shared_folder, monkeypatch):
+    """As pyvista beside a VTK that is newer than it knows: a sentence, and no traceback, on all ranks."""
+    problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+
+    def fail(*_):
+        raise ImportError("no capsules here")
+
+    monkeypatch.setattr("growthx.post.plots._draw", fail)
+    with pytest.raises(OutputError, match=r"a library does not import \(no capsules here\): `growthx doctor` tells"):
+        plots.density(problem, shared_folder / "plate.png")
 
 
 def test_several_bodies_in_space_are_refused():

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -20,16 +21,22 @@ SOURCES = ("growthx", "meshes", "pyproject.toml", "README.md", "LICENSE")
 BUILD = "import sys; from setuptools.build_meta import build_wheel; print(build_wheel(sys.argv[1]))"
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel, built from a copy: nothing of the build stays in the checkout."""
-    folder = tmp_path_factory.mktemp("wheel")
+def copied(folder):
+    """What a package is built of, copied."""
+    folder.mkdir(exist_ok=True)
     for name in SOURCES:
         path = ROOT / name
         if path.is_dir():
             shutil.copytree(path, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy(path, folder / name)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel, built from a copy: nothing of the build stays in the checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    copied(folder)
     subprocess.run([sys.executable, "-c", BUILD, folder / "dist"], cwd=folder, check=True, capture_output=True)
     (made,) = (folder / "dist").glob("growthx-*.whl")
     return made
@@ -70,6 +77,46 @@ def test_the_wheel_runs_in_a_fresh_environment(wheel, tmp_path):
     assert site in run("-m", "growthx", "--version")
 
 
+def find_pip():
+    """pip as something that Python runs: a module, or the wheel of Debian or of GROWTHX_PIP; None if there is none."""
+    if find_spec("pip"):
+        return "-m", "pip"
+    wheels = [os.environ.get("GROWTHX_PIP", ""), *map(str, Path("/usr/share/python-wheels").glob("pip-*.whl"))]
+    return next(((f"{wheel}/pip",) for wheel in wheels if wheel and Path(wheel).is_file()), None)
+
+
+@pytest.mark.serial
+@pytest.mark.slow
+def test_pip_installs_the_checkout_beside_the_systems_packages(tmp_path):
+    """`pip install .` as a user types it; it finds all that growthx needs among them, and fetches nothing else.
+
+    What it would fetch could hide a part of what is there, and be one that the rest does not know.
+    """
+    pip = find_pip()
+    if pip is None:
+        pytest.skip("there is no pip: GROWTHX_PIP may name its wheel")
+    checkout, home = tmp_path / "checkout", tmp_path / "environment"
+    copied(checkout)
+    subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", home], check=True)
+    # Packages of its own to build with would be fetched: those of the system do.
+    settings = {"PIP_NO_INDEX": "1", "PIP_NO_BUILD_ISOLATION": "0", "PIP_CONFIG_FILE": os.devnull}
+    outside = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
+
+    def run(*words, **more):
+        done = subprocess.run(words, env=outside | settings, capture_output=True, text=True, timeout=300, **more)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    installed = run(home / "bin" / "python", *pip, "install", ".", cwd=checkout)
+    assert f"Successfully installed growthx-{growthx.__version__}\n" in installed
+    program = home / "bin" / "growthx"
+    bar = json.loads(run(program, "bar", "--elements", "10", "--json", cwd=tmp_path))
+    assert bar["converged"] and bar["end_displacement"] == pytest.approx(2.37, abs=0.005)
+    assert "installed by pip at " in run(program, "--version", cwd=tmp_path)
+    run(program, "plate", "--elements", "2", "--picture", "plate.png", cwd=tmp_path)
+    assert (tmp_path / "plate.png").stat().st_size > 1000
+
+
 def test_one_version_everywhere():
     """Package, citation, changelog and recipe."""
     assert PROJECT["version"] == growthx.__version__
@@ -87,7 +134,8 @@ def test_the_recipe_names_the_dependencies_of_the_package():
     assert "\t" not in text and text.count("{{") == text.count("}}") and text.count("{%") == text.count("%}") == 1
     listed = re.search(r"^  run:\n((?:    - .+\n)+)", text, re.MULTILINE)[1]
     names = {line.split()[1] for line in listed.splitlines()}
-    wanted = {re.split(r"[<>=\[ ]", word)[0] for word in PROJECT["dependencies"]}
+    extras = PROJECT["optional-dependencies"]
+    wanted = {re.split(r"[<>=\[ ]", word)[0] for word in PROJECT["dependencies"] + extras["pictures"]}
     assert {conda.get(name, name) for name in wanted} <= names
     for section in ("package", "source", "build", "requirements", "test", "about"):
         assert re.search(rf"^{section}:$", text, re.MULTILINE), section
@@ -95,7 +143,7 @@ def test_the_recipe_names_the_dependencies_of_the_package():
 
 def test_metadata_is_whole():
     """What a package index shows, and what extras promise."""
-    assert {"ct", "docs", "mesh", "dev"} <= set(PROJECT["optional-dependencies"])
+    assert {"ct", "docs", "mesh", "pictures", "dev"} <= set(PROJECT["optional-dependencies"])
     assert "Typing :: Typed" in PROJECT["classifiers"] and (ROOT / "growthx" / "py.typed").is_file()
     assert all(url.startswith("https://doi.org/") for url in PROJECT["urls"].values())  # no host that does not exist
 

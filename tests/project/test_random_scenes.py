@@ -28,9 +28,9 @@ PLANE = [(shape, variant) for shape in ("quadrilateral", "triangle") for variant
 SPACE = [(shape, variant) for shape in ("hexahedron", "tetrahedron") for variant in gx.variants.suited(shape)]
 LUMPED = [
     ("quadrilateral", gx.Q1Q1.lumped()),
-    ("quadrilateral", gx.S2Q1.lumped(source=True)),
+    ("quadrilateral", gx.S2Q1.lumped(with_source=True)),
     ("triangle", gx.P2P1.lumped()),
-    ("triangle", gx.P1P1.lumped(source=True)),
+    ("triangle", gx.P1P1.lumped(with_source=True)),
 ]
 
 

@@ -151,7 +151,7 @@ def test_nothing_is_overwritten(shared_folder):
         ({"spacing": (1.0, 1.0)}, r"the spacing of voxels is (1.0, 1.0)"),
         ({"spacing": 1e-9}, "a spacing for at most"),
         ({"spacing": 1.0, "outside": np.inf}, "the value outside"),
-        ({"spacing": 1.0, "margin": -1}, "the margin is -1"),
+        ({"spacing": 1.0, "padding": -1}, "the padding is -1"),
         ({"spacing": 1.0, "orientation": "ARS"}, "'ARS'"),
         ({"spacing": 1.0, "path": "density.png"}, "another suffix"),
         ({"spacing": 1.0, "path": "no/such/folder/a.nii"}, "a folder that is not there"),

@@ -28,7 +28,7 @@ def with_corner_moved(variant, away):
     return problem
 
 
-LUMPED = gx.Q1Q1.lumped(source=True)
+LUMPED = gx.Q1Q1.lumped(with_source=True)
 
 
 @pytest.mark.parametrize("away", [1e-10, 1e-15])

@@ -170,7 +170,7 @@ def _lumping() -> dict[str, float]:
         scene = bar(DISCONTINUOUS, 100, until=until)
         level = float(gx.solve(scene, gx.Q1P0).problem.sample_density(np.array([[0.45, -0.004]]))[0])
         for variant in (gx.Q1Q1, gx.S2Q1):
-            for each in (variant, variant.lumped(), variant.lumped(source=True)):
+            for each in (variant, variant.lumped(), variant.lumped(with_source=True)):
                 highest = float(gx.solve(scene, each).problem.sample_density(places).max())
                 found[f"{each.name}: overshoot at t = {until:g}"] = highest - level
     return found
@@ -225,7 +225,10 @@ class Damage(gx.MassSource):
 def _damage() -> dict[str, float]:
     """By either strategy, and spread by a flux."""
     found: dict[str, float] = {}
-    for name, variant, flux in (("Q1", gx.Q1, None), ("Q1Q1 lumped", gx.Q1Q1.lumped(source=True), gx.MassFlux(1e-3))):
+    for name, variant, flux in (
+        ("Q1", gx.Q1, None),
+        ("Q1Q1 lumped", gx.Q1Q1.lumped(with_source=True), gx.MassFlux(1e-3)),
+    ):
         scene = replace(gx.scenes.plate(8), growth=Damage(), flux=flux)
         result = gx.solve(scene, variant)
         low, high = result.problem.density_range()

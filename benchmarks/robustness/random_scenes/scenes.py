@@ -90,7 +90,7 @@ def trial(seed: int) -> Trial:
     shares = np.array([RECIPES[name] for name in names])
     recipe = str(rng.choice(names, p=shares / shares.sum()))
     if variant.density == Nodal(1) and recipe in FEW and not costly and rng.random() < LUMPED:
-        variant = variant.lumped(source=bool(rng.random() < 0.5))
+        variant = variant.lumped(with_source=bool(rng.random() < 0.5))
     body = random_body(rng, shape, MOST_COSTLY if costly else MOST_IN_SPACE if in_space else MOST)
     return Draw(rng, recipe, body, variant).trial(seed)
 

@@ -49,7 +49,7 @@ LIBRARIES = (
     Need("defusedxml", "defusedxml", "no .feb and .vtu meshes: install defusedxml"),
     Need("nibabel", "nibabel", "no CT scans: install growthx[ct]"),
     Need("matplotlib", "matplotlib", "no plots over length and no colour bars: install matplotlib"),
-    Need("pyvista", "pyvista", "no pictures and no movies: install pyvista"),
+    Need("pyvista", "pyvista", "no pictures and no movies: install growthx[pictures] (Debian: python3-pyvista)"),
 )
 SHOWN = 120  # characters of a reason
 PROGRAMS = (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import require_number
 from growthx.common.overrides import Sealed
+from growthx.common.renamed import renamed_fields
 from growthx.constitutive.functions import between
 
 if TYPE_CHECKING:
@@ -25,13 +26,14 @@ class RateFactor(Sealed, ABC, replaceable=()):
         """The factor, of floats, arrays and UFL."""
 
 
+@renamed_fields(unit="length_unit")
 @dataclass(frozen=True)
 class MartinSurface(RateFactor, replaceable=(), final=("factor",)):
     """S_v(p) ρₜ: surface per volume by Martin's polynomial of the porosity p = 1 − ρ/ρₜ, times the density of tissue.
 
     With it the rates of a law are those at which a surface moves: length per time and per stimulus.
     tissue_density: ρₜ (density), of bone without pores; a denser one has no surface.
-    unit: how many millimetres there are in the unit of length.
+    length_unit: how many millimetres there are in the unit of length.
 
     Example:
         >>> surface = gx.MartinSurface()
@@ -40,11 +42,13 @@ class MartinSurface(RateFactor, replaceable=(), final=("factor",)):
     """
 
     tissue_density: float = 1.92
-    unit: float = 1.0
+    length_unit: float = 1.0
 
     def __post_init__(self) -> None:
         require_number(self.tissue_density, "the density of tissue ρₜ", "a positive number", lambda rho: rho > 0)
-        require_number(self.unit, "the unit of length in millimetres", "a positive number", lambda length: length > 0)
+        require_number(
+            self.length_unit, "the unit of length in millimetres", "a positive number", lambda length: length > 0
+        )
 
     def factor(self, density: Any, material: Elasticity) -> Any:
         """S_v ρₜ, density per length."""
@@ -52,7 +56,7 @@ class MartinSurface(RateFactor, replaceable=(), final=("factor",)):
         surface: Any = 0.0
         for coefficient in reversed(MARTIN):
             surface = porosity * (coefficient + surface)
-        return surface * (self.unit * self.tissue_density)
+        return surface * (self.length_unit * self.tissue_density)
 
 
 @dataclass(frozen=True)

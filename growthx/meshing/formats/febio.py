@@ -151,7 +151,9 @@ class _Index:
         found: Indices = self._order[np.minimum(place, len(self._tags) - 1)]
         wrong = wanted[self._tags[found] != wanted]
         if len(wrong):
-            raise InputError(f"{self._path} speaks of the {self._what} {wrong[0]}, which it does not have")
+            raise InputError(
+                f"{self._path} speaks of the {self._what} {wrong[0]}, which it does not have: a whole file is needed"
+            )
         return found
 
 
@@ -222,7 +224,11 @@ def _data(path: Path, root: Any, sets: Mapping[str, Indices], count: int) -> dic
             continue
         lids = _numbers(path, "<ElementData>", [entry.get("lid", "") for entry in inner], int) - 1
         if len(lids) and not (lids.min() >= 0 and lids.max() < len(rows)):
-            raise InputError(f"the data '{name}' of {path} are of elements that its set does not have")
+            wrong = lids[(lids < 0) | (lids >= len(rows))][0] + 1
+            raise InputError(
+                f"the data '{name}' of {path} are of the element with lid {wrong}, which its set does not have: "
+                f"{'1' if len(rows) == 1 else f'1 to {len(rows)}'} would be right"
+            )
         column = values.setdefault(str(name), np.full(count, np.nan))
         column[rows[lids]] = _numbers(path, "<ElementData>", [entry.text or "" for entry in inner], float)
     return values

@@ -55,6 +55,13 @@ class ScanDensity:
     """A density made of the values of a scan, wherever a scene takes a field; `Scan.density` makes it.
 
     At points it is a function of position, x of shape (3, points).  Means are of cells, and have no other places.
+
+    Example:
+        >>> import numpy as np
+        >>> scan = gx.ct.from_array(np.full((3, 3, 3), 1000.0), np.eye(4))
+        >>> density = scan.density(a=0.0, b=0.001)
+        >>> isinstance(density, gx.ct.ScanDensity), density(np.array([[1.0], [1.0], [1.5]])).tolist()
+        (True, [1.0])
     """
 
     def __init__(

@@ -103,6 +103,12 @@ def read(path: str | os.PathLike[str], orientation: str = "RAS", *, comm: MPI.Co
 
     orientation: the frame in which places are meant, that of the body: "RAS", as in the file, or "LPS".
     Raises InputError, on all ranks, if it cannot be read or is no image of numbers in three dimensions.
+
+    Example:
+        >>> problem = gx.discretise(gx.scenes.block(), gx.Q1P0)
+        >>> gx.ct.write(problem, "block.nii.gz", spacing=0.5)
+        >>> gx.ct.read("block.nii.gz").voxels.values.shape
+        (6, 4, 4)
     """
     require_path(path, "the file of a scan")
     require_frame(orientation)

@@ -9,6 +9,7 @@ import ufl
 
 from growthx.common.checks import require_name, require_number, require_vector
 from growthx.common.errors import InputError
+from growthx.common.renamed import renamed_fields
 from growthx.model.actions.faces import Face
 from growthx.model.open_loads import OpenLoad
 
@@ -30,38 +31,42 @@ class _Elastic(OpenLoad, replaceable=()):
         return bool(self.holds)
 
 
+@renamed_fields(normal="normal_stiffness", tangential="tangential_stiffness")
 @dataclass(frozen=True)
 class Foundation(_Elastic, replaceable=()):
     """An elastic foundation (Winkler's) under a named boundary, t = −[k N⊗N + k_t (I − N⊗N)] u, N normal at rest.
 
-    normal, tangential: k and k_t, force per area and displacement.  It pulls, too.
+    normal_stiffness, tangential_stiffness: k and k_t, force per area and displacement.  It pulls, too.
 
     Example:
-        >>> gx.Foundation("bottom", normal=2.0).holds, gx.Foundation("bottom", normal=2.0, tangential=1.0).holds
-        ('normal', 'all')
+        >>> gx.Foundation("bottom", normal_stiffness=2.0).holds
+        'normal'
+        >>> gx.Foundation("bottom", normal_stiffness=2.0, tangential_stiffness=1.0).holds
+        'all'
     """
 
     on: str
-    normal: float
-    tangential: float = 0.0
+    normal_stiffness: float
+    tangential_stiffness: float = 0.0
 
     def __post_init__(self) -> None:
         require_name(self.on, "the boundary of a foundation")
-        for value, what in ((self.normal, "normal"), (self.tangential, "tangential")):
+        for value, what in ((self.normal_stiffness, "normal"), (self.tangential_stiffness, "tangential")):
             wanted = "a number of at least 0"
             require_number(value, f"the {what} stiffness of the foundation of '{self.on}'", wanted, lambda k: k >= 0)
 
     @property
     def holds(self) -> tuple[int, ...] | str:
         """Along what it resists: any direction, or the normal alone."""
-        if self.tangential > 0:
-            return "all" if self.normal > 0 else ()
-        return "normal" if self.normal > 0 else ()
+        if self.tangential_stiffness > 0:
+            return "all" if self.normal_stiffness > 0 else ()
+        return "normal" if self.normal_stiffness > 0 else ()
 
     def force(self, u: Any, rho: Any, mesh: Mesh) -> Any:
         """Force per reference area."""
         N = ufl.FacetNormal(mesh.domain)
-        return -self.tangential * u - (self.normal - self.tangential) * ufl.dot(u, N) * N
+        along = self.tangential_stiffness
+        return -along * u - (self.normal_stiffness - along) * ufl.dot(u, N) * N
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,14 @@ class DerivedField:
     rank: 0 of a scalar, 1 of a vector, 2 of a tensor, both of them in space.
     told: whether it is told where no fields were asked for by name.
     continuous: whether it is so between cells in a problem, which `exact` then tells at their corners; None: in none.
+
+    Example:
+        >>> field = gx.results.DerivedField("squared", lambda problem: problem.density**2, title="ρ²")
+        >>> problem = gx.discretise(gx.scenes.plate(2), gx.Q1P0)
+        >>> gx.results.register(field)
+        >>> values = gx.results.cell_fields(problem)["squared"]
+        >>> float(values.max())
+        1.0
     """
 
     name: str

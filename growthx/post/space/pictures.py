@@ -86,6 +86,10 @@ def slices(
     variant has it and all others as means over cells.
     grey: with each slice its like in grey beside it, from black at zero to white, as a CT shows bone.
     title, relative, magnification: as of `growthx.plots.density`.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
+        >>> gx.plots.slices(result.problem, "slices.png", ["axial", ((0.5, 0.5, 0.5), (1.0, 1.0, 0.0))])
     """
     look = Look(field, title, relative, "", smoothed, magnification)
     look.check(problem, path)
@@ -121,6 +125,10 @@ def threshold(
     """Draw what of a body in space has values above and below some, and the rest as a shade; options as of `slices`.
 
     Raises InputError, too, if there is nothing of it.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
+        >>> gx.plots.threshold(result.problem, "dense.png", above=0.5)
     """
     look = Look(field, title, False, "", smoothed, magnification)
     look.check(problem, path)
@@ -163,6 +171,10 @@ def cutaway(
     """Draw what of a body in space lies behind a plane, with its loads; options as of `slices`.
 
     arrows: draw those of the loads.  plane: one of `slices`; None: that across the shortest extent.
+
+    Example:
+        >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
+        >>> gx.plots.cutaway(result.problem, "cut.png", "coronal")
     """
     look = Look(field, title, relative, "", smoothed, magnification)
     require_flag(arrows, "arrows, of a picture,")

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError, OutputError, raise_on_all, shown
+from growthx.common.renamed import renamed
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.meshing.images import nifti
 from growthx.meshing.images.scan import require_frame
@@ -25,30 +26,37 @@ ROUND_OFF = 1e-9
 _TO_RAS = {"RAS": np.eye(4), "LPS": np.diag([-1.0, -1.0, 1.0, 1.0])}
 
 
+@renamed(margin="padding")
 def write(
     result: Any,
     path: str | os.PathLike[str],
     *,
     spacing: float | tuple[float, ...],
     outside: float = 0.0,
-    margin: int = 1,
+    padding: int = 1,
     orientation: str = "RAS",
 ) -> None:
     """Write the density that a run has ended with as a NIfTI image in single precision (collective); needs nibabel.
 
     result: of a run, or a discretised scene.  path: a new file, .nii or .nii.gz.
     spacing: of voxels (mm), one number or one for each of three directions.  Voxels fill the body's box, at rest, and
-    `margin` more on each side; those whose centres lie outside the body have the value `outside`, 0 or numpy.nan.
+    `padding` more on each side; those whose centres lie outside the body have the value `outside`, 0 or numpy.nan.
     A plane body is one layer of voxels at z = 0.
     orientation: the frame of the body's coordinates, "RAS" or "LPS".
     Raises InputError for anything else or a file that is there, OutputError if it cannot be written.
+
+    Example:
+        >>> scene = gx.scenes.plate(2)
+        >>> gx.ct.write(gx.discretise(scene, gx.Q1P0), "plate.nii.gz", spacing=0.25)
+        >>> gx.ct.read("plate.nii.gz").voxels.values.shape
+        (10, 6, 1)
     """
     problem = getattr(result, "problem", result)
     require_problem(problem)
-    _check(outside, margin, orientation)
+    _check(outside, padding, orientation)
     steps = _spacing(spacing)
     target = _new_file(path, problem.comm)
-    first, counts = _grid(problem, steps, margin)
+    first, counts = _grid(problem, steps, padding)
     values = _sampled(problem, first, steps, counts, outside)
     trouble = ""
     if problem.comm.rank == 0:
@@ -58,11 +66,11 @@ def write(
     raise_on_all(problem.comm, trouble, OutputError)
 
 
-def _check(outside: Any, margin: Any, orientation: Any) -> None:
+def _check(outside: Any, padding: Any, orientation: Any) -> None:
     if not (isinstance(outside, float) and np.isnan(outside)):
         require_number(outside, "the value outside the body", "a number or numpy.nan", lambda _: True)
-    if not isinstance(margin, int) or isinstance(margin, bool) or not 0 <= margin <= 100:
-        raise InputError(f"the margin is {shown(margin)}: a whole number of voxels, from 0 to 100, would be right")
+    if not isinstance(padding, int) or isinstance(padding, bool) or not 0 <= padding <= 100:
+        raise InputError(f"the padding is {shown(padding)}: a whole number of voxels, from 0 to 100, would be right")
     require_frame(orientation)
 
 
@@ -96,14 +104,14 @@ def _new_file(path: Any, comm: MPI.Intracomm) -> Path:
     return file
 
 
-def _grid(problem: Discretisation, steps: Floats, margin: int) -> tuple[Floats, Floats]:
+def _grid(problem: Discretisation, steps: Floats, padding: int) -> tuple[Floats, Floats]:
     """Centre of the first voxel, (3,), and how many there are in each direction; those of a plane body in one layer."""
     x = problem.scene.mesh.domain.geometry.x
     comm, dim = problem.comm, problem.scene.mesh.dim
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     comm.Allreduce(np.ascontiguousarray(x.min(axis=0, initial=np.inf)), low, MPI.MIN)
     comm.Allreduce(np.ascontiguousarray(x.max(axis=0, initial=-np.inf)), high, MPI.MAX)
-    counts = np.ceil((high - low) / steps * (1 - ROUND_OFF)).clip(1) + 2 * margin
+    counts = np.ceil((high - low) / steps * (1 - ROUND_OFF)).clip(1) + 2 * padding
     counts[dim:] = 1
     if counts.prod() > MOST_VOXELS:
         raise InputError(

@@ -60,7 +60,12 @@ class Trail:
         whole = self._comm.bcast(history is not None and history.is_whole(result))
         if self._states is None or folder != self._places.folder:
             write(
-                folder, result, density=True, history=not whole, vtkhdf=self._places.vtkhdf, fields=self._places.fields
+                folder,
+                result,
+                with_density=True,
+                with_history=not whole,
+                vtkhdf=self._places.vtkhdf,
+                fields=self._places.fields,
             )
             return
         if self._states.last != result.time:
