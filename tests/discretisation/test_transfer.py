@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blocks import COMM, block, cube, densities, square
+from blocks import COMM, block, cube, densities, gathered, square
 
 import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
@@ -119,6 +119,25 @@ def test_a_part_of_a_body_has_what_was_there():
     given = gx.transfer(old, mesh, gx.Q1)
     assert np.isnan(given.correction)
     assert apart(started(mesh, gx.Q1, given), SMOOTH) < 0.01
+
+
+def test_cells_that_two_meshes_share_keep_what_they_had():
+    """A rule's points on the border of a cell once had a neighbour's density: a third of them, around a stem in space."""
+    import dolfinx
+
+    from growthx.discretisation.transfers.samples import means_of_cells
+
+    rough = lambda x: 1 + 0.5 * np.sin(40 * x[0] + 30 * x[1] + 50 * x[2])  # noqa: E731
+    shape = dolfinx.mesh.CellType.tetrahedron
+    part = dolfinx.mesh.create_box(COMM, [(0.0, 0.0, 0.0), (0.5, 1.0, 1.0)], (2, 4, 4), shape)
+    mesh = gx.Mesh.with_names(part, {"left": lambda x: np.isclose(x[0], 0), "right": lambda x: np.isclose(x[0], 0.5)})
+    old = started(cube(4, shape="tetrahedron"), gx.P1P0, rough)
+    own = started(mesh, gx.P1P0, rough).densities_of_cells()
+    new = started(mesh, gx.P1P0, gx.transfer(old, mesh, gx.P1P0)).densities_of_cells()
+    assert np.ptp(gathered(own)) > 0.3
+    assert new == pytest.approx(own, rel=1e-12)
+    means = means_of_cells(old, old.densities_of_cells()[:, 0], mesh, mesh.owned_cells)
+    assert means == pytest.approx(own[:, 0], rel=1e-12)
 
 
 def wider(by):
