@@ -13,6 +13,7 @@ from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
 from growthx.cli.femur3d import FEMUR3D
 from growthx.cli.implants.stem import STEM
+from growthx.cli.implants.stem3d import STEM3D
 from growthx.cli.machine.completion import completion, options_of
 from growthx.cli.machine.doctor import DOCTOR
 from growthx.cli.machine.versions import VersionAction
@@ -84,7 +85,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=VersionAction)
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     scenes = map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS))
-    for command in (*scenes, STEM, MESH, MOVIE, DOCTOR, completion(words.choices)):
+    for command in (*scenes, STEM, STEM3D, MESH, MOVIE, DOCTOR, completion(words.choices)):
         own = words.add_parser(
             command.name,
             help=command.help,

@@ -122,7 +122,7 @@ def test_a_part_of_a_body_has_what_was_there():
 
 
 def test_cells_that_two_meshes_share_keep_what_they_had():
-    """A rule's points on the border of a cell once had a neighbour's density: a third of them, around a stem in space."""
+    """A rule's points on the border of a cell had a neighbour's density: a third of them, around a stem in space."""
     import dolfinx
 
     from growthx.discretisation.transfers.samples import means_of_cells
