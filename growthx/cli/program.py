@@ -13,6 +13,7 @@ from growthx.cli.bar import BAR
 from growthx.cli.femur import FEMUR
 from growthx.cli.femur3d import FEMUR3D
 from growthx.cli.implants.stem import STEM
+from growthx.cli.implants.stem3d import STEM3D
 from growthx.cli.machine.completion import completion, options_of
 from growthx.cli.machine.doctor import DOCTOR
 from growthx.cli.machine.help import help_on
@@ -85,7 +86,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=VersionAction)
     words = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     scenes = map(of_scene, (BAR, FEMUR, FEMUR3D, PLATE, WEINANS))
-    others = (STEM, MESH, MOVIE, DOCTOR, completion(words.choices), help_on(words.choices))
+    others = (STEM, STEM3D, MESH, MOVIE, DOCTOR, completion(words.choices), help_on(words.choices))
     for command in (*scenes, *others):
         own = words.add_parser(
             command.name,

@@ -175,7 +175,7 @@ def _mesh(
                 "trusted is True, for a mesh that is not given: the built-in femur is no stranger's, and "
                 "False would be right"
             )
-        own = _of_script(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
+        own = of_script(shape) | ({} if size is None else {"size": size}) | ({"left": 1.0} if left else {})
         return files.read(files.locate("femur3d.geo"), comm=comm, **own)  # type: ignore[arg-type]
     given = {"size": size, "left": left or None, **shape}
     for name, value in given.items():
@@ -191,7 +191,7 @@ def _mesh(
     return mesh
 
 
-def _of_script(shape: Mapping[str, float]) -> dict[str, float]:
+def of_script(shape: Mapping[str, float]) -> dict[str, float]:
     """Parameters of meshes/femur3d.geo, where the anteversion is "version"."""
     return {"version" if name == "anteversion" else name: value for name, value in shape.items()}
 

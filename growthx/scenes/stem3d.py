@@ -15,10 +15,11 @@ from mpi4py import MPI
 
 from growthx.common.checks import require_flag, require_kind, require_number
 from growthx.common.errors import InputError
+from growthx.common.renamed import renamed
 from growthx.common.words import place_in_words
 from growthx.meshing import files
 from growthx.meshing.mesh import Mesh
-from growthx.scenes.femur3d import Femur3d, loaded_areas
+from growthx.scenes.femur3d import Femur3d, loaded_areas, of_script
 from growthx.scenes.solid_anatomy import SolidAnatomy, corners, refuse_without_names
 from growthx.scenes.stem import COVER, as_bone
 
@@ -32,9 +33,11 @@ PARTS = 4  # of the sides of facets, between which distances are looked at
 NEAR_CUT = 3.0  # mm from the cut through the neck, at which the stem is not looked at
 
 
+@renamed(version="anteversion")
 def stem3d_mesh(
     *,
     left: bool = False,
+    natural: bool = False,
     size: float | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     **shape: float,
@@ -42,6 +45,8 @@ def stem3d_mesh(
     """The femur in space, cut across its neck, with a stem: regions "bone" and "stem", boundaries as of the femur.
 
     left: a left femur.  size: of cells (mm).
+    natural: the femur's own head and neck are one piece with the stem: the intact femur, in the same cells as those of
+    the femur with the stem, which therefore begins with its density to the last digit.
     shape: parameters of the stem – tip (mm below the head's centre), width (mm, at its tip), flare (its width at the
     neck, in widths at its tip), stem_head (radius of its head, mm), resection (where the neck is cut, in lengths of the
     neck from the head's centre) – and of the femur, as for `femur3d`, whose cut is 170 mm below the head's centre here.
@@ -53,8 +58,9 @@ def stem3d_mesh(
         growthx.common.errors.InputError: left, of the femur, is 1: True or False would be right
     """
     require_flag(left, "left, of the femur,")
+    require_flag(natural, "natural, of the stem,")
     # gmsh reads a script twice that is given parameters: those that it has by itself are left out.
-    given = dict(shape) | ({"left": 1.0} if left else {})
+    given = of_script(shape) | ({"left": 1.0} if left else {}) | ({"natural": 1.0} if natural else {})
     given |= {} if size is None else {"size": size}
     mesh = files.read(files.locate("femur3d_stem.geo"), comm=comm, **given)  # type: ignore[arg-type]
     _require_cover(mesh)
@@ -151,17 +157,29 @@ def gruen3d(mesh: Mesh, bone: SolidAnatomy) -> dict[str, Floats]:
 
 
 def _rim(mesh: Mesh) -> Floats:
-    """Where the interface comes to the surface, at the cut through the neck: nodes, shape (nodes, 3) (collective)."""
-    from scipy.spatial import KDTree
+    """Where the interface ends, at the cut through the neck: nodes, shape (nodes, 3) (collective).
 
-    inner = corners(mesh, "interface")
-    rim = inner[KDTree(corners(mesh, "surface")).query(inner)[0] < 1e-9]
+    They are on edges that one facet of the interface has alone.
+    """
+    found = np.concatenate(mesh.comm.allgather(_facets(mesh, "interface")))
+    places, numbers = np.unique(found.reshape(-1, 3), axis=0, return_inverse=True)
+    sides = np.sort(numbers.reshape(-1, 3)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, counts = np.unique(sides, axis=0, return_counts=True)
+    rim = np.unique(edges[counts == 1])
     if len(rim) < 3:
         raise InputError(
-            f"the boundaries 'interface' and 'surface' of the mesh with the stem have {len(rim)} nodes in common: "
-            "those around the stem, where it comes out of the bone, would be right"
+            f"the boundary 'interface' of the mesh with the stem ends at {len(rim)} nodes: one that ends around the "
+            "stem, where it comes out of the bone, would be right"
         )
-    return rim
+    return np.asarray(places[rim])
+
+
+def _facets(mesh: Mesh, name: str) -> Floats:
+    """Corners of the owned facets of a boundary, (facets, 3, 3)."""
+    mesh.domain.topology.create_connectivity(2, 3)
+    facets = mesh.owned_facets(name)
+    nodes = dolfinx.mesh.entities_to_geometry(mesh.domain, 2, facets) if len(facets) else np.empty((0, 3), np.int32)
+    return np.asarray(mesh.domain.geometry.x[nodes])
 
 
 def _require_cover(mesh: Mesh) -> None:
@@ -186,10 +204,7 @@ def _surfaces(mesh: Mesh) -> list[Floats]:
     ticks = np.arange(PARTS + 1)
     parts = [(i, j, PARTS - i - j) for i in ticks for j in ticks if i + j <= PARTS]
     found = []
-    mesh.domain.topology.create_connectivity(2, 3)
     for name in ("interface", "surface"):
-        facets = mesh.owned_facets(name)
-        nodes = dolfinx.mesh.entities_to_geometry(mesh.domain, 2, facets) if len(facets) else np.empty((0, 3), np.int32)
-        places = np.einsum("pn,fni->fpi", np.array(parts) / PARTS, mesh.domain.geometry.x[nodes]).reshape(-1, 3)
+        places = np.einsum("pn,fni->fpi", np.array(parts) / PARTS, _facets(mesh, name)).reshape(-1, 3)
         found.append(np.concatenate(mesh.comm.allgather(places)))
     return found

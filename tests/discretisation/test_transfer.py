@@ -113,12 +113,32 @@ def test_a_part_of_a_body_has_what_was_there():
     """Less bone than there was: no mass is put where it was not."""
     import dolfinx
 
-    part = dolfinx.mesh.create_rectangle(COMM, [(0.0, 0.0), (0.5, 1.0)], (4, 8), dolfinx.mesh.CellType.quadrilateral)
+    part = dolfinx.mesh.create_rectangle(COMM, [(0.0, 0.0), (0.5, 1.0)], (3, 7), dolfinx.mesh.CellType.quadrilateral)
     mesh = gx.Mesh.with_names(part, {"left": lambda x: np.isclose(x[0], 0), "right": lambda x: np.isclose(x[0], 0.5)})
     old = started(square(8), gx.Q1, SMOOTH)
     given = gx.transfer(old, mesh, gx.Q1)
     assert np.isnan(given.correction)
     assert apart(started(mesh, gx.Q1, given), SMOOTH) < 0.01
+
+
+@pytest.mark.parametrize("variant", [gx.P1P0, gx.P2, gx.P1P1], ids=lambda variant: variant.name)
+def test_cells_that_two_meshes_share_keep_what_they_had(variant):
+    """To the bit on some of the run's cells; and points on the border of a cell have its field, not a neighbour's."""
+    import dolfinx
+
+    from growthx.discretisation.transfers.samples import means_of_cells
+
+    rough = lambda x: 1 + 0.5 * np.sin(40 * x[0] + 30 * x[1] + 50 * x[2])  # noqa: E731
+    shape = dolfinx.mesh.CellType.tetrahedron
+    part = dolfinx.mesh.create_box(COMM, [(0.0, 0.0, 0.0), (0.5, 1.0, 1.0)], (2, 4, 4), shape)
+    mesh = gx.Mesh.with_names(part, {"left": lambda x: np.isclose(x[0], 0), "right": lambda x: np.isclose(x[0], 0.5)})
+    old = started(cube(4, shape="tetrahedron"), variant, rough)
+    given = gx.transfer(old, mesh, variant)
+    own, new = started(mesh, variant, rough), started(mesh, variant, given)
+    assert given.exact and np.ptp(densities(own)[:, 3]) > 0.3
+    assert densities(new) == pytest.approx(densities(own), rel=1e-12)
+    means = means_of_cells(old, old.densities_of_cells().mean(axis=1), mesh, mesh.owned_cells)
+    assert means == pytest.approx(own.densities_of_cells().mean(axis=1), rel=1e-12)
 
 
 def wider(by):

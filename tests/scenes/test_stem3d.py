@@ -9,11 +9,11 @@ from blocks import COMM, cube
 import growthx as gx
 from growthx.meshing.sampling import positions
 from growthx.scenes.femur3d import loaded_areas
-from growthx.scenes.stem import TITANIUM
-from growthx.scenes.stem3d import CUT
+from growthx.scenes.stem import COBALT_CHROMIUM, TITANIUM
 
 SIZE = 9.0
 STEPPING = gx.AdaptiveSteps(2e-2, equilibrium=1e-3)
+PROXIMAL, DISTAL = [0, 1, 5, 6], [2, 3, 4]  # of Gruen's zones
 
 
 @cache
@@ -24,8 +24,37 @@ def mesh(**shape):
 
 @cache
 def intact():
-    """A run of the intact femur, walking."""
-    return gx.solve(gx.scenes.femur3d(size=SIZE, cut=CUT, weights=(1.0, 0.0, 0.0)), gx.P1P0, stepping=STEPPING)
+    """A run of the intact femur, walking, in the cells that it has with the stem."""
+    femur = gx.scenes.femur3d(mesh(natural=True), weights=(1.0, 0.0, 0.0), until=200.0)
+    return gx.solve(femur, gx.P2, stepping=STEPPING)
+
+
+@cache
+def table(young):
+    """What a stem does to Gruen's zones; None: one of bone, with the femur's own head."""
+    return tabled(intact(), mesh(natural=True) if young is None else mesh(), young, gx.P2, STEPPING)
+
+
+def tabled(before, body, young, variant, stepping):
+    """The zones, by what is told of each."""
+    carried = gx.transfer(before, body, variant, outside=0.8)
+    scene = gx.scenes.stem3d(before.scene, body, carried, young=young)
+    result = gx.solve(scene, variant, stepping=stepping)
+    assert before.ended == result.ended == "equilibrium"
+    return list(gx.shielding(before, gx.loaded(scene, variant), result).values())
+
+
+def changes(zones):
+    """Of density, relative."""
+    return np.array([zone.change for zone in zones])
+
+
+def assert_as_observed(soft, stiff):
+    """What densitometry finds around metals, of which one is stiffer."""
+    for found in (soft, stiff):
+        assert np.argmin(found) == 6  # the calcar
+        assert found[PROXIMAL].max() < found[DISTAL].min() and found[3] > 0
+    assert (stiff[[0, 1, 5, 6]] < soft[[0, 1, 5, 6]]).all() and stiff[6] < soft[6] - 0.1
 
 
 def volume(body, name):
@@ -62,12 +91,56 @@ def test_gruens_zones_are_where_radiologists_have_them():
     assert z["Gruen 7"] > z["Gruen 6"] > z["Gruen 5"] > z["Gruen 4"]
 
 
+def test_the_calcar_loses_most_and_more_beside_a_stiffer_stem():
+    """What is observed, on a coarse mesh: zone 7 most, distal zones least, cobalt-chromium more than titanium."""
+    assert_as_observed(changes(table(TITANIUM)), changes(table(COBALT_CHROMIUM)))
+    calcar = table(TITANIUM)[6]
+    assert calcar.energy_before < 0.5 * calcar.energy_intact and calcar.energy_after < 0.5 * calcar.energy_intact
+
+
+def test_a_stem_of_bone_is_none_in_space():
+    """The check: as stiff as the bone that it replaces, with the femur's own head, it changes next to nothing."""
+    own = table(None)
+    assert np.abs(changes(own)).max() < 3e-3 < 0.2 < np.abs(changes(table(TITANIUM))).max()
+    for zone in own:
+        assert zone.energy_before == pytest.approx(zone.energy_intact, rel=0.02)
+        assert zone.energy_after == pytest.approx(zone.energy_intact, rel=0.02)
+
+
+def test_the_intact_femur_has_the_cells_of_that_with_the_stem():
+    """Else the table would have what a mesh does to a density: bone begins with its own, to round-off."""
+    whole, part = (
+        gx.discretise(gx.scenes.stem3d(intact().scene, each, gx.transfer(intact(), each, gx.P2)), gx.P2)
+        for each in (mesh(natural=True), mesh())
+    )
+    assert whole.mass("bone") == pytest.approx(part.mass("bone"), rel=1e-12)
+    one, two = (gx.zones.area_means(problem, part.scene.zones) for problem in (whole, part))
+    assert one == pytest.approx(two, rel=1e-9)
+    assert whole.scene.zones["Gruen 7"] == pytest.approx(part.scene.zones["Gruen 7"], abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_table_of_the_page():
+    """docs/stem.md, in space: P2 on 6 mm."""
+    steps = gx.AdaptiveSteps(1e-2, equilibrium=1e-3)
+    whole, body = (gx.scenes.stem3d_mesh(size=6, natural=natural) for natural in (True, False))
+    femur = gx.scenes.femur3d(whole, weights=(1.0, 0.0, 0.0), until=200.0)
+    before = gx.solve(femur, gx.P2, stepping=steps)
+    soft, stiff = (changes(tabled(before, body, young, gx.P2, steps)) for young in (TITANIUM, COBALT_CHROMIUM))
+    assert_as_observed(soft, stiff)
+    assert soft == pytest.approx([-0.263, -0.224, -0.040, 0.057, -0.067, -0.167, -0.301], abs=0.005)
+    assert stiff == pytest.approx([-0.277, -0.302, -0.057, 0.071, -0.081, -0.272, -0.448], abs=0.005)
+    assert np.abs(changes(tabled(before, whole, None, gx.P2, steps))).max() < 3e-3
+
+
 @pytest.mark.parametrize(
     ("shape", "words"),
     [
         pytest.param({"width": 34.0, "flare": 1.0}, "lies outside the bone by", marks=pytest.mark.slow),
         ({"tip": 65.0}, "is beside its shoulder: at least"),
         ({"left": 1.0}, "left, of the femur, is 1.0: True or False"),
+        ({"natural": 1}, "natural, of the stem, is 1: True or False"),
+        ({"stem_head": 18.0, "head_radius": 19.0}, "is not in that of the femur, of 19 mm: at most 17 mm"),
     ],
 )
 def test_a_stem_that_cannot_be_in_space(shape, words):

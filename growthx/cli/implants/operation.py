@@ -108,15 +108,16 @@ class Operation(ABC):
         mesh = self.mesh(options)
         if options.difference is not None:
             check_picture(options.difference, IMAGES, mesh.comm)
-        femur = adapted(self.femur(options, mesh), options)
+        femur = self.femur(options, mesh)
         # What the scene with the stem would refuse is refused before the intact femur has grown.
         self.with_stem(options, mesh, self.outside, femur, 1.0 if self._young is None else self._young)
         variant = default(femur.mesh.cell_name) if options.variant is None else named(options.variant)
         stepping = stepping_of(options)
         if stepping.equilibrium is None:
             stepping = replace(stepping, equilibrium=ENOUGH)
-        with report.progress(femur) as watch:
-            self._intact = solve(femur, variant, watch=watch, stepping=stepping, full_newton=options.full_newton)
+        grown = adapted(femur, options)  # the scene with the stem is adapted by the run
+        with report.progress(grown) as watch:
+            self._intact = solve(grown, variant, watch=watch, stepping=stepping, full_newton=options.full_newton)
         carried = transfer(self._intact, mesh, variant, outside=self.outside)
         return self.with_stem(options, mesh, carried, femur, self._young)
 

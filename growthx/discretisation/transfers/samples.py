@@ -15,7 +15,7 @@ from growthx.discretisation.transfers.recovery import values_in_cell, volumes_of
 from growthx.discretisation.variants import PerCell
 from growthx.fem.cells import SIMPLICES
 from growthx.meshing.closest import nearest
-from growthx.meshing.sampling import cells_at, positions, volume_ratios
+from growthx.meshing.sampling import cells_at, positions, pull_back, reference_corners, volume_ratios
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 BESIDE = 0.25  # of a cell's size: how far beside the body a point may be that another mesh has of the same curve
 FIELD_DEGREE = 4  # up to which fields are integrated in each cell
+INWARD = 1e-3  # of the way to the middle of its cell, by which a point is drawn in where cells are looked for
 ROUND_OFF = 1e-9  # relative to the size of the body
 
 
@@ -82,7 +83,7 @@ def of_another_mesh(source: GrownDensity, mesh: Mesh, variant: Variant, outside:
     X, weights = rule(variant, mesh.cell_name, 0)
     weights = weights * volume_ratios(mesh, X)
     places = positions(mesh, X)[:, :, : mesh.dim].reshape(-1, mesh.dim)
-    found, distance, allowed = _evaluated(source, places)
+    found, distance, allowed = _evaluated(source, places, _inward(mesh, X))
     values, low, high, rests = (each.reshape(weights.shape) for each in found)
     size = float(np.ptp(source.points, axis=0).max())
     beside = (distance > ROUND_OFF * size).reshape(weights.shape)
@@ -99,13 +100,25 @@ def of_another_mesh(source: GrownDensity, mesh: Mesh, variant: Variant, outside:
     return samples if near_by or missing else _with_the_mass_of(source, samples, mesh)
 
 
-def _evaluated(source: GrownDensity, places: Floats) -> tuple[list[Floats], Floats, Floats]:
+def _inward(mesh: Mesh, X: Floats, cells: Indices | slice = slice(None)) -> Floats:
+    """Places of points X of cells, (cells · points, dim), drawn a little into their cells.
+
+    Rules have points on the border of cells, where a body with the same cells would have any neighbour's density.
+    """
+    middle = reference_corners(mesh.cell_name).mean(axis=0)
+    return positions(mesh, middle + (1 - INWARD) * (X - middle), cells)[:, :, : mesh.dim].reshape(-1, mesh.dim)
+
+
+def _evaluated(source: GrownDensity, places: Floats, inward: Floats) -> tuple[list[Floats], Floats, Floats]:
     """Density of a run at places, the least and the largest of the cell there, and whether it rests.
 
+    inward: the places drawn into the cells that ask, by which the cell of the run is chosen.
     Also how far each place is from the body, and how far it may be.
     """
     body, order = source.mesh
-    cells, X = cells_at(body, places)
+    cells, X = cells_at(body, inward)
+    inside = np.flatnonzero(cells >= 0)
+    X[inside] = pull_back(body, cells[inside], places[inside])
     distance, allowed = np.zeros(len(places)), np.zeros(len(places))
     beside = np.flatnonzero(cells < 0)
     if len(beside):
@@ -192,7 +205,8 @@ def means_of_cells(problem: Discretisation, values: Floats, mesh: Mesh, cells: I
     X, weights = (np.asarray(part) for part in basix.make_quadrature(basix.CellType[mesh.cell_name], FIELD_DEGREE))
     volumes = weights * volume_ratios(mesh, X, cells)
     places = positions(mesh, X, cells)[:, :, : mesh.dim].reshape(-1, mesh.dim)
-    found, distance, allowed = _evaluated(replace(run, density=PerCell(), densities=of_body), places)
+    inward = _inward(mesh, X, cells)
+    found, distance, allowed = _evaluated(replace(run, density=PerCell(), densities=of_body), places, inward)
     far = distance > np.maximum(allowed, ROUND_OFF * float(np.ptp(run.points, axis=0).max()))
     whole, missing = mesh.comm.allreduce(np.array([volumes.sum(), volumes.sum(where=far.reshape(volumes.shape))]))
     if missing > 0:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from growthx.common.checks import require_kind, require_number
 from growthx.common.errors import InputError
 from growthx.common.words import quoted
-from growthx.discretisation.transfers.grown import cell_numbers, grown
+from growthx.discretisation.transfers.grown import grown
 from growthx.discretisation.transfers.projection import at_nodes, in_cells
 from growthx.discretisation.transfers.samples import of_another_mesh, of_the_same_cells
 from growthx.discretisation.variants import Nodal, Variant
@@ -32,7 +32,8 @@ def transfer(source: Any, mesh: Mesh, variant: Variant, *, outside: float | None
     """The density that a run has ended with, as `initial_density` of a scene on a mesh, for a variant (collective).
 
     source: a result, a discretised scene, or what `read_density` returns of a folder; on any number of ranks.
-    mesh, variant: of the run that begins.  On the same mesh and where densities live alike it is the same to the bit.
+    mesh, variant: of the run that begins.  On the same mesh, or on some of its cells, and where densities live alike it
+    is the same to the bit.
     By another variant each cell keeps its mass, to round-off, or, with densities continuous between cells, the body
     does.  On another mesh of the same body the body does: `correction` tells how far densities were moved for that,
     within the bounds of those nearby.  A mesh of a part of the body, or of one with parts beside it, has the densities
@@ -90,15 +91,18 @@ def transfer(source: Any, mesh: Mesh, variant: Variant, *, outside: float | None
 
 
 def _rows_of_the_same(run: GrownDensity, mesh: Mesh) -> Indices | None:
-    """Where the owned cells of a mesh stand in a run's, if it is the same mesh; else None (collective)."""
-    numbers = cell_numbers(mesh.domain)[: len(mesh.owned_cells)]
-    same = (run.shape, len(run.cells)) == (mesh.cell_name, mesh.cell_count)
-    if same:
-        nodes = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[: len(numbers)]][:, :, : mesh.dim]
-        there = run.corners[numbers]
-        size = np.ptp(run.points, axis=0).max()
-        same = nodes.shape == there.shape and bool(np.abs(nodes - there).max(initial=0.0) <= SAME * size)
-    return numbers if mesh.comm.allreduce(same, MPI.LAND) else None
+    """Where the owned cells of a mesh stand in a run's, if each is one of them; else None (collective)."""
+    from scipy.spatial import KDTree
+
+    count = len(mesh.owned_cells)
+    nodes = mesh.domain.geometry.x[compat.geometry_nodes(mesh.domain)[:count]][:, :, : mesh.dim]
+    there = run.corners
+    rows = np.zeros(count, dtype=np.int64)
+    same = run.shape == mesh.cell_name and nodes.shape[1:] == there.shape[1:]
+    if same and count:
+        rows = KDTree(there.mean(axis=1)).query(nodes.mean(axis=1))[1]
+        same = bool(np.abs(nodes - there[rows]).max() <= SAME * np.ptp(run.points, axis=0).max())
+    return rows if mesh.comm.allreduce(same, MPI.LAND) else None
 
 
 def _shared(space: dolfinx.fem.FunctionSpace, of_cells: Floats, rests: Marks, mesh: Mesh) -> Floats:
