@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import basix.ufl
 import dolfinx
 import numpy as np
+from mpi4py import MPI
 
 from growthx.common.arrays import is_uniform
 from growthx.common.checks import require
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, has_points, put
 from growthx.meshing.images.density import ScanDensity
+from growthx.meshing.images.nodal import OfField, OfScan, Part, at_nodes
 from growthx.meshing.sampling import reference_corners
 from growthx.meshing.transferred import TransferredDensity
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Floats
+    from growthx.common.arrays import Floats, Indices
     from growthx.discretisation.spaces import Spaces
 
 A_HAIR = 1e-9  # of the way from a node to the middle of a cell
@@ -71,24 +74,61 @@ def _fill(spaces: Spaces, density: dolfinx.fem.Function) -> None:
     elif isinstance(given, TransferredDensity):
         density.x.array[:] = given.x.array
     else:
-        scan = _scan_of_means(spaces)
-        if scan is None or spaces.rests:
+        parts = _parts(spaces)
+        if not parts or spaces.rests:
             _average(spaces, as_ufl(given, spaces.scene.mesh), density)
-        if scan is not None:
-            values, known = scan.at_nodes(spaces.density_space, spaces.scene.mesh, spaces.growing_cells)
+        if parts:
+            values, known = at_nodes(spaces.density_space, spaces.scene.mesh, parts)
             density.x.array[known] = values[known]
 
 
-def _scan_of_means(spaces: Spaces) -> ScanDensity | None:
-    """The scan whose means all begins with that grows, where nodes are shared; None if there is no such one."""
-    given, growing = spaces.scene.start_density, spaces.scene.growing
-    found = [given]
-    if isinstance(given, Mapping):
-        found = [given.get(name) for name in (given if growing is None else growing)]
-    one = next(iter(found), None)
-    if spaces.variant.density.local or any(each is not one for each in found):
-        return None
-    return one if isinstance(one, ScanDensity) and one.of_cells else None
+def _parts(spaces: Spaces) -> list[Part]:
+    """What begins by scans with other values in the same cells, where nodes are shared, and what else grows beside it.
+
+    None, if nothing does.
+    """
+    given, mesh = spaces.scene.start_density, spaces.scene.mesh
+    fields = given if isinstance(given, Mapping) else {None: given}
+    if spaces.variant.density.local or not any(isinstance(field, ScanDensity) for field in fields.values()):
+        return []
+    distinct: list[Any] = []
+    of_cells = np.full(len(mesh.local_cells), -1)  # which field each cell has: the last one that is given for it
+    for name, field in fields.items():
+        same = [i for i, other in enumerate(distinct) if other is field and isinstance(field, ScanDensity)]
+        if not same:
+            distinct.append(field)
+        of_cells[slice(None) if name is None else mesh.region(name)] = same[0] if same else len(distinct) - 1
+    return _with_cells(spaces, distinct, of_cells[spaces.growing_cells])
+
+
+def _with_cells(spaces: Spaces, fields: list[Any], of_growing: Indices) -> list[Part]:
+    """The parts of fields, given by their numbers for each cell that grows; none, if no scan is among these."""
+    counts = spaces.comm.allreduce(np.bincount(of_growing + 1, minlength=len(fields) + 1))[1:]
+    there = [(field, spaces.growing_cells[of_growing == i]) for i, field in enumerate(fields) if counts[i]]
+    if not any(isinstance(field, ScanDensity) for field, _ in there):
+        return []
+    parts: list[Part] = []
+    values = partial(spaces.evaluate, _without_scans(spaces))
+    for field, cells in there:
+        if isinstance(field, ScanDensity):
+            field.check_dimension(spaces.scene.mesh.dim)
+            parts.append(OfScan(field, cells))
+            continue
+        found = values(spaces.density_points)[cells].min(initial=np.inf)
+        parts.append(OfField(values, cells, float(spaces.comm.allreduce(found, MPI.MIN))))
+    return parts
+
+
+def _without_scans(spaces: Spaces) -> Any:
+    """The start in UFL, as if scans were a number: where they are it is not asked for.
+
+    Raises InputError if cells have none.
+    """
+    given = spaces.scene.start_density
+    if not isinstance(given, Mapping):
+        return as_ufl(1.0, spaces.scene.mesh)
+    rest = {name: 1.0 if isinstance(field, ScanDensity) else field for name, field in given.items()}
+    return as_ufl(rest, spaces.scene.mesh)
 
 
 def _average(spaces: Spaces, given: dolfinx.fem.Function, density: dolfinx.fem.Function) -> None:

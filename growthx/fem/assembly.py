@@ -114,13 +114,22 @@ def cell_means(domain: dolfinx.mesh.Mesh, values: list[Any], volume: ufl.Measure
 class CellMeans:
     """The same, compiled once for all that their coefficients may become."""
 
-    def __init__(self, domain: dolfinx.mesh.Mesh, values: list[Any], volume: ufl.Measure, compile: Compiler) -> None:
+    def __init__(
+        self,
+        domain: dolfinx.mesh.Mesh,
+        values: list[Any],
+        volume: ufl.Measure,
+        compile: Compiler,
+        *,
+        often: bool = False,
+    ) -> None:
+        """often: whether they are asked for often, see `Compiler.residual`."""
         space = dolfinx.fem.functionspace(domain, ("DG", 0, (len(values),)))
         test, ones = ufl.TestFunction(space), [1.0] * len(values)
-        forms = (ufl.inner(ufl.as_vector(each), test) * volume for each in (values, ones))
-        self._total, sizes = (compile.form(form) for form in forms)
+        total, sizes = (ufl.inner(ufl.as_vector(each), test) * volume for each in (values, ones))
+        self._total = compile.residual(total) if often else compile.form(total)
         self._shape = -1, len(values)
-        self._volumes = assemble(sizes).reshape(self._shape)
+        self._volumes = assemble(compile.form(sizes)).reshape(self._shape)
 
     def __call__(self) -> Floats:
         """The means of what the values are now."""

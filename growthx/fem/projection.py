@@ -9,6 +9,8 @@ import numpy as np
 from growthx.fem.assembly import sum_cells
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import dolfinx
     from mpi4py import MPI
 
@@ -40,11 +42,25 @@ class NodalProjection:
 
     def nearest(self, first: float) -> Floats:
         """The function, as in `x.array`, by conjugate gradients from a number; zero at other nodes (collective)."""
+        return self._solved(self.right, first)
+
+    def keeping(self, values: Floats, volumes: Sequence[Floats], totals: Floats) -> Floats:
+        """The function nearest to another, of those with given integrals over some parts (collective).
+
+        volumes: ∫ N over each part, as in `x.array`.  totals: the integrals.
+        """
+        answers = [self._solved(each, 0.0) for each in volumes]
+        matrix = np.array([[self._dot(each, answer) for answer in answers] for each in volumes])
+        missing = totals - np.array([self._dot(each, values) for each in volumes])
+        shares = np.linalg.lstsq(matrix, missing, rcond=None)[0]  # parts without nodes of their own are not independent
+        return values + sum(share * answer for share, answer in zip(shares, answers, strict=True))
+
+    def _solved(self, right: Floats, first: float) -> Floats:
         scale = np.where(self.known, self._diagonal, 1.0)
         values = np.where(self.known, first, 0.0)
-        residual = self.right - self._product(values)
+        residual = right - self._product(values)
         direction = residual / scale
-        size, whole = self._dot(residual, direction), self._dot(self.right, self.right / scale)
+        size, whole = self._dot(residual, direction), self._dot(right, right / scale)
         for _ in range(MOST_ITERATIONS):
             if size <= 1e-31 * whole:
                 break

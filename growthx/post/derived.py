@@ -130,11 +130,12 @@ def _names(fields: Any, problem: Discretisation) -> tuple[str, ...] | None:
 class CellFields:
     """The fields of a problem as means over cells, compiled once for all of its states."""
 
-    def __init__(self, problem: Discretisation, names: Sequence[str] | None = None) -> None:
-        """names: of `FIELDS`; None: of all that are told without being asked for."""
+    def __init__(self, problem: Discretisation, names: Sequence[str] | None = None, *, often: bool = False) -> None:
+        """names: of `FIELDS`; None: of all that are told without being asked for.  often: for state after state."""
         self._problem, self._fields = problem, _known(problem, names)
         scalars, self._columns = _once_each(self._fields, problem)
-        self._means = CellMeans(problem.scene.mesh.domain, scalars, problem.spaces.whole_volume, problem.compile)
+        volume = problem.spaces.whole_volume
+        self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile, often=often)
 
     def values(self) -> dict[str, Floats]:
         """Those of the state as it is, by name, each of shape (owned cells,) and that of its rank."""

@@ -47,7 +47,7 @@ class FieldWriter:
         self._problem, self._corners = problem, Corners(problem)
         self.grid = self._corners.grid
         self._file = open_series(Path(folder) / "fields.pvd", self.grid, problem.comm, keeping)
-        self._fields, self._exact = CellFields(problem), _exact_values(problem)
+        self._fields, self._exact = CellFields(problem, often=True), _exact_values(problem)
         self.told: State | None = None
 
     @property

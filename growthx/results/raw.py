@@ -151,9 +151,9 @@ class _Means:
         self._fields = [field for field in told_raw(problem) if field.exact is None]
         parts = [field.scalars(problem) for field in self._fields]
         self._ends = np.cumsum([len(part) for part in parts])
-        volume = problem.spaces.whole_volume
+        domain, volume = problem.scene.mesh.domain, problem.spaces.whole_volume
         scalars = [scalar for part in parts for scalar in part]
-        self._means = CellMeans(problem.scene.mesh.domain, scalars, volume, problem.compile) if scalars else None
+        self._means = CellMeans(domain, scalars, volume, problem.compile, often=True) if scalars else None
 
     @property
     def names(self) -> list[str]:

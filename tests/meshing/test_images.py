@@ -13,8 +13,9 @@ from scans import CORTEX, MARROW, A, B, centres, linear, proximal_femur, skewed
 import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
 from growthx.meshing.fields import as_ufl
-from growthx.meshing.sampling import positions
+from growthx.meshing.sampling import positions, volume_ratios
 
+NODAL = ("Q1Q1", "Q2Q2", "S2Q1", "P1P1", "P2P2", "P2P1")  # variants of shared nodes
 variants = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 
 
@@ -111,8 +112,6 @@ def test_means_of_cells(shape):
     one = gx.discretise(still(mesh, 1.0), gx.Q1P0 if shape in ("quadrilateral", "hexahedron") else gx.P1P0)
     from basix import CellType, make_quadrature
 
-    from growthx.meshing.sampling import volume_ratios
-
     X, weights = (np.asarray(part) for part in make_quadrature(CellType[shape], 6))
     x = positions(mesh, X)
     if plane:
@@ -127,7 +126,7 @@ def test_means_of_cells(shape):
 
 
 @pytest.mark.parametrize("by", ["mean", "modulus"])
-@pytest.mark.parametrize("name", ["Q1Q1", "Q2Q2", "S2Q1", "P1P1", "P2P2", "P2P1"])
+@pytest.mark.parametrize("name", NODAL)
 def test_means_at_nodes_are_exact_and_keep_the_mass(name, by):
     """Nodes that took the mean of the cells around them were off on every border; a field that bends keeps its mass."""
     variant = CATALOGUE[name]
@@ -153,6 +152,85 @@ def test_means_at_nodes_beside_what_rests():
     x = problem.density_positions()[problem.growing_dofs]
     x[:, 2] = 0.5
     assert problem.density.x.array[problem.growing_dofs] == pytest.approx(A + B * exact(x.T), rel=1e-10)
+
+
+def region_masses(problem, power=1.0):
+    """∫ ρ^power over each region, by a rule of its own."""
+    from basix import CellType, make_quadrature
+
+    mesh = problem.scene.mesh
+    X, weights = (np.asarray(part) for part in make_quadrature(CellType[mesh.cell_name], 8))
+    owned = len(mesh.owned_cells)
+    of_cells = (weights * volume_ratios(mesh, X) * problem.density_at(X) ** power).sum(axis=1)
+    regions = {name: mesh.region(name) for name in ("bone", "implant")}
+    return {name: COMM.allreduce(of_cells[cells[cells < owned]].sum()) for name, cells in regions.items()}
+
+
+@pytest.mark.parametrize("ways", [("mean", "mean"), ("point", "mean"), ("modulus", "modulus"), ("modulus", "mean")])
+@pytest.mark.parametrize("name", NODAL)
+def test_regions_of_two_scans_keep_a_linear_field(name, ways):
+    """What both scans say alike must not change where one ends and the other begins, and not at borders."""
+    variant = CATALOGUE[name]
+    scan, exact = linear()
+    other = gx.ct.from_array(scan.voxels.values * 2, scan.voxels.affine)
+    density = {
+        "bone": scan.density(a=A, b=B, by=ways[0], z=0.5, density_exponent=1.0),
+        "implant": other.density(a=A, b=B / 2, by=ways[1], z=0.5, density_exponent=1.0),
+    }
+    problem = gx.discretise(still(square(4, shape=variant.cells[0]), density), variant)
+    x = problem.density_positions()[: problem.density_space.dofmap.index_map.size_local]
+    x[:, 2] = 0.5
+    there = np.isfinite(x[:, 0])
+    assert problem.density.x.array[: len(x)][there] == pytest.approx(A + B * exact(x[there].T), rel=1e-9)
+
+
+@pytest.mark.parametrize("beside", ["scan", "point", "number", "function"])
+@pytest.mark.parametrize("name", NODAL)
+def test_each_region_keeps_its_own_mass(name, beside):
+    """A jump is met by no continuous density, but no region may gain by it what its neighbour loses."""
+    variant = CATALOGUE[name]
+    scan, _ = linear()
+    other = gx.ct.from_array(scan.voxels.values * 1.7, scan.voxels.affine)
+    density = {
+        "bone": scan.density(a=A, b=B, by="mean", z=0.5, floor=0.01),
+        "implant": {
+            "scan": other.density(a=A, b=B, by="mean", z=0.5),
+            "point": other.density(a=A, b=B, z=0.5),
+            "number": 1.9,
+            "function": lambda x: 1.5 + 0.1 * x[1],
+        }[beside],
+    }
+    mesh = square(4, 0.0, shape=variant.cells[0])
+    found = region_masses(gx.discretise(still(mesh, density), variant))
+    of_cells = region_masses(gx.discretise(still(mesh, density), gx.variants.default(variant.cells[0])))
+    assert found == pytest.approx(of_cells, rel=1e-9)
+    assert abs(of_cells["bone"] - of_cells["implant"]) > 0.1 * of_cells["bone"]
+
+
+@pytest.mark.parametrize("name", ["Q1Q1", "P1P1"])
+def test_regions_by_modulus_keep_their_stiffness(name):
+    """Of two scans by modulus, ∫ E ∝ ρⁿ of each region; by unlike ways, the mass that the means of cells have."""
+    variant = CATALOGUE[name]
+    scan, _ = linear()
+    other = gx.ct.from_array(scan.voxels.values * 1.7, scan.voxels.affine)
+    mesh = square(6, shape=variant.cells[0])
+    for exponents, power in (((2.0, 2.0), 2.0), ((2.0, 3.0), 1.0)):
+        density = {
+            region: each.density(a=A, b=B, by="modulus", z=0.5, density_exponent=exponent)
+            for region, each, exponent in zip(("bone", "implant"), (scan, other), exponents, strict=True)
+        }
+        problem = gx.discretise(still(mesh, density), variant)
+        in_cells = gx.discretise(still(mesh, density), gx.variants.default(variant.cells[0]))
+        expected = region_masses(in_cells, power)
+        problem.density.x.array[:] **= power  # the function whose integral was kept is linear in E, not in ρ
+        assert region_masses(problem) == pytest.approx(expected, rel=1e-9)
+
+
+def test_regions_of_scans_that_leave_cells_out():
+    """Cells without a start are named, as they are where no scan is among the regions."""
+    scan, _ = linear()
+    with pytest.raises(gx.InputError, match="no value in 8 of 16 cells"):
+        gx.discretise(still(square(4), {"bone": scan.density(a=A, b=B, by="mean", z=0.5)}), gx.Q1Q1)
 
 
 def test_means_see_what_points_miss():

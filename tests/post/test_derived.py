@@ -12,7 +12,9 @@ from growthx import results
 from growthx.common.errors import InputError
 from growthx.fem import kernels
 from growthx.fem.assembly import CellMeans
+from growthx.fem.sums import sweeps
 from growthx.post import derived
+from growthx.post.derived import CellFields
 
 
 def energy(problem):
@@ -118,6 +120,22 @@ def test_principal_stresses_in_space():
     principal = np.linalg.eigvalsh(means)
     assert found["major_stress"] == pytest.approx(principal[:, 2], rel=1e-9, abs=1e-12)
     assert found["minor_stress"] == pytest.approx(principal[:, 0], rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1, gx.P1P0, gx.P1P1], ids=str)
+def test_means_of_several_cells_at_once(variant, monkeypatch):
+    """Series take the means of many cells in lanes of a vector: the same as one by one, also of a last, short lane."""
+    monkeypatch.setattr(sweeps, "FEWEST", 0)
+    monkeypatch.setattr(sweeps, "WIDTH", 1)  # whatever the CPU
+    problem = gx.solve(block(cube(3, 0.05, variant.cells[1])), variant).problem
+    in_lanes, one_by_one = CellFields(problem, often=True), CellFields(problem)
+    assert in_lanes._means._total.sweep is not None and getattr(one_by_one._means._total, "sweep", None) is None
+    expected = one_by_one.values()
+    for name, found in in_lanes.values().items():
+        size = np.abs(expected[name]).max(initial=0.0)
+        assert found == pytest.approx(expected[name], rel=1e-11, abs=1e-12 * size)
+    problem.density.x.array[:] *= 1.5
+    assert in_lanes.values()["density"] == pytest.approx(1.5 * expected["density"], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["density", "minor_stress", "grows", "displacement", "smoothed_density"])

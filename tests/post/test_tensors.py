@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from growthx.post.fields.tensors import outer_values, symmetric
+from growthx.post.fields.principal import outer_values
+from growthx.post.fields.tensors import symmetric
 
 ABOVE = {dim: np.triu_indices(dim) for dim in (2, 3)}
 
@@ -42,3 +43,19 @@ def test_of_a_pressure_and_of_nothing():
     assert outer_values(np.zeros((1, 6))).tolist() == [[0.0, 0.0]]
     assert outer_values(np.array([-3.0, 0, 0, -3.0, 0, -3.0])).tolist() == [-3.0, -3.0]
     assert outer_values(np.array([2.0, 0, 2.0])).tolist() == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 130])
+def test_of_any_number_and_layout(count):
+    """Columns of a longer row, rows the other way round and single precision, as arrays come: no lane is left over, and
+    nothing is read beside the array; what is no number spoils its own tensor alone."""
+    random = np.random.default_rng(count)
+    wide = random.normal(size=(count, 9))
+    wide[count // 2 : count // 2 + 1, 3] = np.nan
+    entries = wide[:, 2:8]
+    exact = np.full((count, 2), np.nan)
+    fine = np.isfinite(entries).all(axis=1)
+    exact[fine] = np.linalg.eigvalsh(symmetric(entries[fine]))[:, [0, -1]]
+    for found in (outer_values(entries), outer_values(entries[::-1])[::-1], outer_values(np.asfortranarray(entries))):
+        assert found == pytest.approx(exact, abs=1e-14 * 9, nan_ok=True)
+    assert outer_values(entries.astype(np.float32)) == pytest.approx(exact, abs=1e-5, nan_ok=True)

@@ -13,15 +13,14 @@ from mpi4py import MPI
 from growthx.common.checks import require_number
 from growthx.common.errors import InputError, shown
 from growthx.fem.cells import SIMPLICES
-from growthx.fem.projection import NodalProjection
 from growthx.meshing.images.relation import Relation
 from growthx.meshing.images.tally import Tally
-from growthx.meshing.sampling import dof_positions, nodes_of_cells, positions, split_rule, volume_ratios
+from growthx.meshing.sampling import nodes_of_cells, positions, split_rule, volume_ratios
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from growthx.common.arrays import Floats, Indices, Marks
+    from growthx.common.arrays import Floats, Indices
     from growthx.meshing.images.voxels import Voxels
     from growthx.meshing.mesh import Mesh
 
@@ -103,7 +102,7 @@ class ScanDensity:
         tally = Tally()
         density = self._density(places, tally, counted)
         tally.found(density[counted], places[counted], self.relation.floor)
-        self._judge(tally, comm, "points")
+        self.judge(tally, comm, "points")
         return np.maximum(density, self.relation.floor)
 
     def put_on(self, values: dolfinx.fem.Function, mesh: Mesh, cells: Indices | None = None) -> None:
@@ -113,7 +112,7 @@ class ScanDensity:
         owned = cells < len(mesh.owned_cells)
         if self.of_cells:
             rows = values.function_space.dofmap.list[cells[owned]]
-            values.x.array[rows] = self._means(mesh, cells[owned])[:, np.newaxis]
+            values.x.array[rows] = self.means(mesh, cells[owned])[:, np.newaxis]
         else:
             asked: list[Floats] = []
 
@@ -143,52 +142,29 @@ class ScanDensity:
         tally.asked_at(places[counted], outside[counted])
         return self.relation(values)
 
-    def _judge(self, tally: Tally, comm: MPI.Comm, what: str) -> None:
+    def judge(self, tally: Tally, comm: MPI.Comm, what: str) -> None:
+        """Say what is to be known of what was met, of these in the plural, once; InputError for what is no density."""
         notice = tally.judged(self.relation, self.name, what, comm)
         if notice and notice not in self._told and comm.rank == 0:
             logging.getLogger("growthx").warning("growthx: %s", notice)
         self._told.add(notice)
 
-    def at_nodes(self, space: dolfinx.fem.FunctionSpace, mesh: Mesh, cells: Indices) -> tuple[Floats, Marks]:
-        """The function of a space of shared nodes nearest to what it is the mean of, over some of the owned cells.
-
-        It has the same integral over them, and their linear fields as they are; below the floor it is the floor.
-        Returns values as in `x.array`, and at which nodes they are (collective); errors as above.
-        """
-        self.check_dimension(mesh.dim)
-        element, count = space.ufl_element(), space.dofmap.list.shape[1]
-        masses, right = (np.zeros((len(mesh.owned_cells), count, *more)) for more in ((count,), ()))
-        tally, total = Tally(), np.zeros(2)
-        for part, X, volumes, values in self._samples(mesh, cells, tally, 2 * element.basix_element.degree):
-            basis = element.tabulate(0, X)[0]
-            masses[part] = np.einsum("cp,pi,pj->cij", volumes, basis, basis, optimize=True)
-            right[part] = (volumes * values) @ basis
-            total += (volumes * values).sum(), volumes.sum()
-        self._judge(tally, mesh.comm, "points")
-        total, tally = mesh.comm.allreduce(total), Tally()
-        nearest = NodalProjection(space, masses, right, mesh.comm)
-        found = self._back(nearest.nearest(total[0] / total[1]))
-        owned = np.flatnonzero(nearest.known[: space.dofmap.index_map.size_local])
-        tally.found(found[owned], dof_positions(space, mesh)[owned, : mesh.dim], self.relation.floor)
-        self._judge(tally, mesh.comm, "nodes")
-        return np.maximum(found, self.relation.floor), nearest.known
-
-    def _means(self, mesh: Mesh, cells: Indices) -> Floats:
-        """Of owned cells."""
+    def means(self, mesh: Mesh, cells: Indices) -> Floats:
+        """Of owned cells, one for each (collective); errors as above."""
         tally, middle = Tally(), nodes_of_cells(mesh).mean(axis=1)[:, : mesh.dim]
         means = np.empty(len(mesh.owned_cells))
-        for part, _, volumes, values in self._samples(mesh, cells, tally):
+        for part, _, volumes, values in self.samples(mesh, cells, tally):
             means[part] = self._back(np.einsum("cp,cp->c", volumes, values) / volumes.sum(axis=1))
             if self.by != MODULUS:
                 tally.found(means[part], middle[part], self.relation.floor)
-        self._judge(tally, mesh.comm, "points" if self.by == MODULUS else "cells")
+        self.judge(tally, mesh.comm, "points" if self.by == MODULUS else "cells")
         return np.maximum(means[cells], self.relation.floor)
 
     def _back(self, means: Floats) -> Floats:
         """Densities of means of what is averaged."""
         return np.maximum(means, 0.0) ** (1 / self.density_exponent) if self.by == MODULUS else means
 
-    def _samples(
+    def samples(
         self, mesh: Mesh, cells: Indices, tally: Tally, degree: int = 0
     ) -> Iterator[tuple[Indices, Floats, Floats, Floats]]:
         """What is averaged, of some owned cells after others (collective).

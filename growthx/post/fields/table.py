@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from growthx.constitutive import quantities
 from growthx.constitutive.kinematics import Plane
 from growthx.constitutive.stimulus import StimulusDriven
-from growthx.post.fields import tensors
+from growthx.post.fields import principal, tensors
 from growthx.post.fields.row import DerivedField
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ TABLE = (
         _stress_in_mesh,
         partial(tensors.component, 1),
         raw=False,
-        common=tensors.outer_values,
+        common=principal.outer_values,
         title="largest principal Cauchy stress, in the plane of a plane body",
         unit="force per area",
     ),
@@ -135,7 +135,7 @@ TABLE = (
         _stress_in_mesh,
         partial(tensors.component, 0),
         raw=False,
-        common=tensors.outer_values,
+        common=principal.outer_values,
         title="smallest principal Cauchy stress, in the plane of a plane body",
         unit="force per area",
     ),

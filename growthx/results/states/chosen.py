@@ -41,7 +41,7 @@ class ChosenWriter:
     def __init__(self, choice: Choice, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         """keeping: see `FieldWriter`."""
         self._corners = Corners(problem)
-        self._cells = CellFields(problem, choice.cells) if choice.cells else None
+        self._cells = CellFields(problem, choice.cells, often=True) if choice.cells else None
         self._nodes = NodeFields(problem, choice.nodes) if choice.nodes else None
         self._file = open_series(folder / "fields.pvd", self._corners.grid, problem.comm, keeping)
 

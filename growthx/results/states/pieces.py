@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from growthx.post.subcells import Subcells
 
 DIGITS = 1 << 40  # of a weight
+NOTHING = 1e-14  # round-off of a weight, which are of the order of one
 
 
 class Pieces:
@@ -37,7 +38,9 @@ class Pieces:
         nodes = space.dofmap.list[first // len(parts.X)]
         starts = nodes.shape[1] * np.arange(len(first) + 1)
         shape = len(first), len(self._displacement.x.array) // mesh.dim
+        rows[np.abs(rows) < NOTHING] = 0.0
         self._shares = csr_array((rows.ravel(), nodes.ravel(), starts), shape=shape)
+        self._shares.eliminate_zeros()  # most points are corners, or on edges, of which few nodes say anything
 
     def displacement(self) -> dict[str, Floats]:
         """That of the state as it is."""
