@@ -18,6 +18,7 @@ from growthx.model import words
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import Moment, Rotation
 from growthx.model.actions.histories import History, jumps_of
+from growthx.model.actions.rigid import RigidFace
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
 from growthx.model.open_loads import OpenLoad, Pressure
@@ -54,7 +55,7 @@ class Scene(Sealed, replaceable=()):
     mesh: Mesh
     material: Elasticity
     growth: MassSource
-    supports: tuple[Support | PointSupport | Rotation, ...]
+    supports: tuple[Support | PointSupport | Rotation | RigidFace, ...]
     loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
@@ -141,7 +142,7 @@ class Scene(Sealed, replaceable=()):
         ):
             require_kind(value, kind, f"{what} {of}", wanted)
         parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
-            ("supports", (Support, PointSupport, Rotation), "Support"),
+            ("supports", (Support, PointSupport, Rotation, RigidFace), "Support"),
             ("loads", (Load, NodalLoad, Moment, OpenLoad), "load"),
             ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
             ("influx", Influx, "Influx"),
