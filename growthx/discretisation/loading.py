@@ -110,7 +110,11 @@ class Supports:
         # What bears forces: name, load case, direction and owned unknowns.
         self._bearing = [
             *((held.boundary, held.case, held.direction, owned(held.condition)) for held in self.held),
-            *((face.face.on, face.case, i, face.dofs[face.own, i]) for face in self.rigid.faces for i in range(self._dim)),
+            *(
+                (face.face.on, face.case, i, face.dofs[face.own, i])
+                for face in self.rigid.faces
+                for i in range(self._dim)
+            ),
         ]
 
     def move(self, iterate: Floats, state: State) -> None:
@@ -232,7 +236,10 @@ class DeadLoads:
 
 
 def _hold(
-    supports: Iterable[Support | PointSupport | Rotation | RigidFace], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
+    supports: Iterable[Support | PointSupport | Rotation | RigidFace],
+    mesh: Mesh,
+    space: dolfinx.fem.FunctionSpace,
+    case: int,
 ) -> list[Held]:
     """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
     held = []

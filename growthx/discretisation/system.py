@@ -13,7 +13,6 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx.discretisation.constraints.rigid_faces import RigidFaces
 from growthx.discretisation.loading import DeadLoads, Supports
 from growthx.discretisation.state import WHOLE, Way
 from growthx.fem.assembly import assemble

@@ -121,6 +121,7 @@ def _joined(comm: MPI.Intracomm, entities: Indices, index_map: dolfinx.common.In
 
 # -- equations: rows (part, direction, place) --------------------------------------------------------------------------
 
+
 @dataclass(frozen=True)
 class _Spin:
     """In place of the direction of a displacement: the rotation about an axis, (3,)."""
@@ -174,7 +175,9 @@ def _normals(mesh: Mesh, facets: Indices) -> Floats:
     return np.repeat(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), nodes.shape[1], axis=0)
 
 
-def _support_nodes(support: Support | PointSupport | Rotation | RigidFace, mesh: Mesh, pieces: _Pieces) -> tuple[Indices, Floats]:
+def _support_nodes(
+    support: Support | PointSupport | Rotation | RigidFace, mesh: Mesh, pieces: _Pieces
+) -> tuple[Indices, Floats]:
     if isinstance(support, PointSupport):
         return _nodes(mesh, pieces, 0, mesh.corner(support.at))
     return _nodes(mesh, pieces, mesh.dim - 1, mesh.boundary(support.on))

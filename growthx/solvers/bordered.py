@@ -125,6 +125,11 @@ class Bordered:
             return 0
         return int(np.count_nonzero(np.linalg.eigvals(self._reduced).real < 0))
 
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the matrix, where another size of it comes; PETSc calls this."""
+        self.inner.reset()
+        self._solved = None
+
     def destroy(self, pc: PETSc.PC) -> None:
         """Free the memory; PETSc calls this."""
         self.inner.destroy()

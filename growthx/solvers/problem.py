@@ -94,9 +94,10 @@ class NonlinearProblem(Protocol):
         """What is held: these unknowns hold no equation."""
 
     def motions(self) -> Motions | None:
-        """What some unknowns follow, of the iterate whose balance was last looked at (collective); None if all are free.
+        """What some unknowns follow at the iterate whose balance was last looked at; None if there are none such.
 
-        Rows of R of these unknowns hold basis · basisᵀ R.  `conditions` do not hold them, `layout.held` has them.
+        Collective.  Rows of R of these unknowns hold basis · basisᵀ R; `conditions` do not hold them, `layout.held` has
+        them.
         """
 
     def settled(self, values: Floats) -> Floats:

@@ -110,7 +110,7 @@ class RigidBoundary:
             plain[:, i, column] = self._t[self.own]
         for column, K in enumerate(self._turns, start=len(self._free)):
             plain[:, :, column] = self._arms[self.own] @ K.T
-        plain = plain.reshape(-1, self.columns)
+        plain = plain.reshape(plain.shape[0] * self._dim, self.columns)
         gram = self._sum(plain.T @ plain)
         if not np.all(np.isfinite(gram)):
             return np.full_like(plain, np.nan), np.eye(self.columns)
@@ -157,10 +157,11 @@ def _unknowns_of(
 ) -> tuple[Indices, Indices]:
     """The unknowns of a boundary, (nodes, dim), and their nodes in the space of one component, rising, (nodes,)."""
     facets, dim = mesh.boundary(boundary), mesh.dim
-    found, nodes = [], np.empty(0, dtype=np.int32)
+    found: list[Indices] = []
+    nodes: Indices = np.empty(0, dtype=np.int32)
     for i in range(dim):
-        dofs, nodes = dolfinx.fem.locate_dofs_topological((space.sub(i), alone), dim - 1, facets)  # type: ignore[misc]
-        order = np.argsort(nodes)
+        dofs, of_component = dolfinx.fem.locate_dofs_topological((space.sub(i), alone), dim - 1, facets)
+        order = np.argsort(of_component)
         found.append(dofs[order])
-        nodes = nodes[order]
+        nodes = of_component[order]
     return np.column_stack(found), nodes

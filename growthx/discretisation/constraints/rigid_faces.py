@@ -40,12 +40,14 @@ class RigidFaces:
         scene = spaces.scene
         self._spaces, self._unknowns = spaces, unknowns
         found = [support for support in scene.supports if isinstance(support, RigidFace)]
-        self.faces = [RigidBoundary(face, spaces, unknowns, case) for case in range(len(spaces.cases)) for face in found]
+        self.faces = [
+            RigidBoundary(face, spaces, unknowns, case) for case in range(len(spaces.cases)) for face in found
+        ]
         self.moments = [self._moments(face) for face in self.faces]
         self._columns = sum(face.columns for face in self.faces)
-        self._forces: list[Floats] = [np.zeros(0) for _ in self.faces]
+        self._forces: list[Floats] = [np.zeros(0) for _ in self.faces]  # out of balance at its nodes
         none = np.zeros(1 if scene.mesh.dim == 2 else 3)
-        self.applied = [none for _ in self.faces]
+        self.applied: list[Floats] = [none for _ in self.faces]
 
     def _moments(self, face: RigidBoundary) -> list[tuple[Floats, History | None]]:
         case = self._spaces.cases[face.case]
@@ -70,8 +72,8 @@ class RigidFaces:
                         f"the rigid face '{face.face.on}' shares nodes with the support '{name}', which holds them "
                         f"along {'xyz'[direction]}"
                     )
-        for found in filter(None, self._spaces.comm.allgather(problem)):
-            raise InputError(f"{found}: a boundary whose nodes nothing else holds would be right")
+        if sentence := next(filter(None, self._spaces.comm.allgather(problem)), None):
+            raise InputError(f"{sentence}: a boundary whose nodes nothing else holds would be right")
 
     # -- what a step asks ----------------------------------------------------------------------------------------------
 
@@ -81,7 +83,7 @@ class RigidFaces:
             face.settle(whole)
 
     def turning(self, state: State) -> list[Floats]:
-        """The moment on each face at the end of the running step, (3,) or in the plane (1,), without its case's weight."""
+        """The moment on each face at the end of the running step, (3,) or in the plane (1,)."""
         return [self._at(moments, state.share_now) for moments in self.moments]
 
     def turning_at_peak(self) -> list[Floats]:
@@ -100,7 +102,8 @@ class RigidFaces:
         """
         for number, (face, moment) in enumerate(zip(self.faces, turning, strict=True)):
             rows = face.dofs[face.own].ravel()
-            self._forces[number], self.applied[number] = forces[rows], moment
+            self._forces[number] = np.asarray(forces[rows])
+            self.applied[number] = moment
             Q, L = face.motions()
             wanted = self._spaces.cases[face.case].weight * np.linalg.solve(L, face.generalised(moment))
             felt = self._spaces.comm.allreduce(Q.T @ forces[rows]) - wanted
