@@ -161,7 +161,7 @@ class Scene(Sealed, replaceable=()):
                 )
 
     def _check_plane(self) -> None:
-        """Refuse plane stress of what has no plane, and of what presses upon the sides that become thinner."""
+        """Refuse plane stress of what has no plane, and of materials that do not tell what they do across it."""
         try:
             object.__setattr__(self, "plane", Plane(self.plane))
         except ValueError:
@@ -180,12 +180,6 @@ class Scene(Sealed, replaceable=()):
             from growthx.model import probes
 
             raise_on_all(self.mesh.comm, probes.trouble_across(self.material, self.mesh))
-        for load in self.open_loads:
-            if isinstance(load, Pressure):
-                raise InputError(
-                    f"the pressure on '{load.on}' acts on sides whose thickness changes in plane stress, which is "
-                    "known inside the cells alone: a Traction, or plane strain, would be right"
-                )
 
     def _check_entries(self, load: Load) -> None:
         problem, dim = "", self.mesh.dim
