@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 def sides(mesh: Mesh, boundary: str, degree: int) -> Iterator[tuple[ufl.Measure, Any]]:
-    """Of each side that a cell has, a measure of the cells that have it on an outer boundary, and N dA/dV there, in UFL.
+    """Of each side of a cell, a measure of the cells that have it on an outer boundary, and N dA/dV there, in UFL.
 
     The measure has its points on the side and integrates polynomials of `degree` along it, so that ∫ f · N dA over the
-    boundary is the sum of ∫ f · (N dA/dV) dV over the sides.  In a plane mesh; the same sides on all ranks (collective).
+    boundary is the sum of ∫ f · (N dA/dV) dV over the sides that are there.  In a plane mesh (collective).
     """
     cell, topology = basix.CellType[mesh.cell_name], mesh.domain.topology
     topology.create_connectivity(1, 2)
@@ -37,6 +37,8 @@ def sides(mesh: Mesh, boundary: str, degree: int) -> Iterator[tuple[ufl.Measure,
     corners = np.asarray(basix.geometry(cell))
     normals = np.asarray(basix.cell.facet_outward_normals(cell))
     for place, ((first, last), normal) in enumerate(zip(ends, normals, strict=True)):
+        if not mesh.comm.allreduce(int(np.count_nonzero(places == place))):
+            continue  # compiling it would take a while
         along = corners[last] - corners[first]
         metadata = rule_of_points(corners[first] + x * along, np.linalg.norm(along) * weights, degree)
         here = np.sort(cells[places == place]).astype(np.int32)
