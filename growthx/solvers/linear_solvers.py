@@ -375,7 +375,7 @@ def _use_single_precision(pc: PETSc.PC, size: int, layout: Layout) -> bool:
     if library is None:
         return False
     pc.setType(PETSc.PC.Type.PYTHON)
-    pc.setPythonContext(SingleFactor(library))
+    pc.setPythonContext(SingleFactor(library, layout.dim))
     return True
 
 
