@@ -316,10 +316,10 @@ def node_factors(problem: NonlinearProblem) -> NodeFactors | None:
         return None
     if not are_of_nodes(layout.space, whole, cases) or layout.dofs <= LARGEST_MONOLITHIC[layout.dim, layout.degree]:
         return None
-    if not all(hasattr(tangent, "by_nodes") and tangent.by_nodes() for tangent in problem.tangents):
-        return None
     library = _single_precision(steady(problem.comm), whole.dofmap.index_map.size_global // (cases + 1), layout, cases)
-    return NodeFactors(library, problem) if library else None
+    if library is None or not all(hasattr(form, "by_nodes") and form.by_nodes() for form in problem.tangents):
+        return None
+    return NodeFactors(library, problem)
 
 
 def use_cells(

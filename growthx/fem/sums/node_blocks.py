@@ -14,19 +14,7 @@ import numpy as np
 
 from growthx.common.communicators import steady
 from growthx.fem import compat, implicit, kernels
-from growthx.fem.sums import lanes
-from growthx.fem.sums.sweeps import (
-    FEWEST,
-    FEWEST_ENTRIES,
-    GATHER,
-    MOST_ENTRIES,
-    WIDTH,
-    Body,
-    can_be_gathered,
-    is_worth_it,
-    used,
-    values_in_a_cell,
-)
+from growthx.fem.sums import lanes, sweeps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -115,7 +103,7 @@ class _OfBlocks:
 
     @property
     def frame(self) -> str:
-        return lanes.TYPES + lanes.FUNCTIONS + GATHER + OF_BLOCKS
+        return lanes.TYPES + lanes.FUNCTIONS + sweeps.GATHER + OF_BLOCKS
 
     def source(self, codes: list[str]) -> str | None:
         try:
@@ -123,7 +111,7 @@ class _OfBlocks:
         except lanes.NotTranslatedError:
             return None
         rest = OF_BLOCKS % {"names": ", ".join(found)}
-        return lanes.TYPES + lanes.FUNCTIONS + "".join(found.values()) + GATHER + rest
+        return lanes.TYPES + lanes.FUNCTIONS + "".join(found.values()) + sweeps.GATHER + rest
 
 
 class BlockSweep:
@@ -132,8 +120,8 @@ class BlockSweep:
     def __init__(self, library: Any, form: dolfinx.fem.Form, space: Any, coefficients: list[Any]) -> None:
         """library: by `_OfBlocks`.  coefficients: of the compiled form, in its order."""
         self._library, self._form = library, form
-        self._body, self._cells = Body(space.mesh, coefficients), compat.cells_of_integrals(form)
-        room = np.empty((values_in_a_cell(space) ** 2 + 1) * library.width())
+        self._body, self._cells = sweeps.Body(space.mesh, coefficients), compat.cells_of_integrals(form)
+        room = np.empty((sweeps.values_in_a_cell(space) ** 2 + 1) * library.width())
         self._matrix = room[-room.ctypes.data % 64 // room.itemsize :]
 
     def __call__(self, order: Indices, places: Indices, values: Floats) -> None:
@@ -165,16 +153,18 @@ def of_blocks(weak_form: ufl.Form, form: dolfinx.fem.Form) -> BlockSweep | None:
     if any(each.integral_type() != "cell" for each in weak_form.integrals()) or len(weak_form.arguments()) < 2:
         return None
     space = weak_form.arguments()[0].ufl_function_space()
-    entries = values_in_a_cell(space) ** 2
-    if entries > MOST_ENTRIES or not is_worth_it(space.mesh, FEWEST * FEWEST_ENTRIES / entries):
+    entries = sweeps.values_in_a_cell(space) ** 2
+    if entries > sweeps.MOST_ENTRIES or not sweeps.is_worth_it(
+        space.mesh, sweeps.FEWEST * sweeps.FEWEST_ENTRIES / entries
+    ):
         return None
     comm = steady(space.mesh.comm)
     ufcx_form, _ = kernels.generated(comm, weak_form)
-    coefficients = used(weak_form, ufcx_form)
-    if not can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
+    coefficients = sweeps.used(weak_form, ufcx_form)
+    if not sweeps.can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
         return None
     library = kernels.derived(comm, [weak_form], _OfBlocks())
-    if library is None or library.width() < WIDTH:
+    if library is None or library.width() < sweeps.WIDTH:
         return None
     return BlockSweep(library, form, space, coefficients)
 

@@ -343,6 +343,7 @@ def values_in_a_cell(space: dolfinx.fem.FunctionSpace) -> int:
 
 
 def places_of(space: dolfinx.fem.FunctionSpace) -> Indices:
+    """Where cells find the values of a function, (cells, nodes)."""
     return np.ascontiguousarray(space.dofmap.list, dtype=np.int32)
 
 
