@@ -31,8 +31,8 @@ SPACE, BYTES_IN_SPACE = 3, 140.0  # of a factor in space, over the 4/3-th power 
 ENOUGH, MOST_ITERATIONS = 1e-6, 50  # of the conjugate gradients that stand in for a factor that is poor
 
 DECLARATIONS = """
-uintptr_t make(int n, uintptr_t starts, uintptr_t columns);
-uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts, uintptr_t columns, uintptr_t held);
+uintptr_t make(int n, uintptr_t starts, uintptr_t columns, int dim);
+uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts, uintptr_t columns, uintptr_t held, int dim);
 int factorise(uintptr_t factor, uintptr_t values);
 int solve(uintptr_t factor, uintptr_t b, uintptr_t x);
 void multiply(uintptr_t factor, uintptr_t values, uintptr_t x, uintptr_t y);
@@ -44,15 +44,15 @@ SOURCE = r"""
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 #include <cholmod.h>
 
 typedef struct {
     cholmod_common common;
     cholmod_sparse matrix;               /* its upper triangle, by columns */
     cholmod_factor *factor;
-    cholmod_dense *b, *x, *y, *e;
     int n, *starts, *rows, *taken;  /* taken: place of each entry among the values that are given; -1 of a one */
-    float *values;
+    float *values, *x;              /* x: room for a solution and for the rows of one supernode */
     double *scale;
 } single;
 
@@ -61,23 +61,20 @@ static void destroy(uintptr_t address)
     single *s = (single *)address;
     if (!s) return;
     cholmod_free_factor(&s->factor, &s->common);
-    cholmod_free_dense(&s->b, &s->common);
-    cholmod_free_dense(&s->x, &s->common);
-    cholmod_free_dense(&s->y, &s->common);
-    cholmod_free_dense(&s->e, &s->common);
     cholmod_finish(&s->common);
-    free(s->starts); free(s->rows); free(s->taken); free(s->values); free(s->scale);
+    free(s->starts); free(s->rows); free(s->taken); free(s->values); free(s->scale); free(s->x);
     free(s);
 }
 
-static single *begin(int n, int entries)
+static single *begin(int n, int entries, int dim)
 {
     single *s = calloc(1, sizeof(single));
     if (!s) return NULL;
     cholmod_start(&s->common);
     s->common.print = 0;
     s->common.nmethods = 1;
-    s->common.method[0].ordering = CHOLMOD_NESDIS;
+    /* In the plane as few entries either way, for a fifth of the time; in space one and a half times as many. */
+    s->common.method[0].ordering = dim < 3 ? CHOLMOD_AMD : CHOLMOD_NESDIS;
     s->common.supernodal = CHOLMOD_SUPERNODAL;
     s->common.final_ll = 1;
     s->common.quick_return_if_not_posdef = 1;
@@ -100,17 +97,17 @@ static uintptr_t analysed(single *s, int count)
         .stype = 1, .itype = CHOLMOD_INT, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_SINGLE, .sorted = 1, .packed = 1};
     for (int k = 0; k < count; ++k) s->values[k] = 0.0f;
     s->factor = cholmod_analyze(&s->matrix, &s->common);
-    s->b = cholmod_zeros(n, 1, CHOLMOD_REAL + CHOLMOD_SINGLE, &s->common);
-    if (s->factor && s->b) return (uintptr_t)s;
+    s->x = malloc(2 * (size_t)n * sizeof(float));
+    if (s->factor && s->factor->is_super && s->x) return (uintptr_t)s;
     destroy((uintptr_t)s);
     return 0;
 }
 
 /* starts, columns: of the rows of a symmetric matrix, which are its columns as well; zero where memory is short. */
-static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
+static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_, int dim)
 {
     const int *starts = (const int *)starts_, *columns = (const int *)columns_;
-    single *s = begin(n, starts[n]);
+    single *s = begin(n, starts[n], dim);
     if (!s) return 0;
     int count = 0;
     for (int j = 0; j < n; ++j) {
@@ -125,11 +122,11 @@ static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_)
 }
 
 /* starts, columns: of the rows of blocks in the lower half, rising.  held: whether a row is one of the unit matrix. */
-static uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts_, uintptr_t columns_, uintptr_t held_)
+static uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts_, uintptr_t columns_, uintptr_t held_, int dim)
 {
     const int *starts = (const int *)starts_, *columns = (const int *)columns_;
     const char *held = (const char *)held_;
-    single *s = begin(nodes * block, starts[nodes] * block * block);
+    single *s = begin(nodes * block, starts[nodes] * block * block, dim);
     if (!s) return 0;
     int count = 0;
     for (int node = 0; node < nodes; ++node)
@@ -198,18 +195,99 @@ static void multiply(uintptr_t address, uintptr_t values_, uintptr_t x_, uintptr
     }
 }
 
+/* The four (or fewer) next columns of a supernode at a time, so that what they act on is read but once for all of them;
+   many supernodes have a few columns only, which a call of BLAS for each would not be worth. */
+enum { TOGETHER = 4 };
+
+/* e -= the columns' entries below their triangle, times x. */
+static void subtract(float *restrict e, const float *restrict column, int64_t rows, int columns, int64_t count,
+                     const float *restrict x)
+{
+    if (columns < TOGETHER) {
+        for (int k = 0; k < columns; ++k)
+            for (int64_t i = 0; i < count; ++i) e[i] -= column[k * rows + i] * x[k];
+        return;
+    }
+    const float *one = column + rows, *two = one + rows, *three = two + rows;
+    for (int64_t i = 0; i < count; ++i)
+        e[i] -= (column[i] * x[0] + one[i] * x[1]) + (two[i] * x[2] + three[i] * x[3]);
+}
+
+/* Products of each column's entries with e. */
+static void products(const float *restrict e, const float *restrict column, int64_t rows, int columns, int64_t count,
+                     float *restrict found)
+{
+    if (columns < TOGETHER) {
+        for (int k = 0; k < columns; ++k) {
+            found[k] = 0.0f;
+            for (int64_t i = 0; i < count; ++i) found[k] += column[k * rows + i] * e[i];
+        }
+        return;
+    }
+    const float *one = column + rows, *two = one + rows, *three = two + rows;
+    float sums[TOGETHER] = {0};
+    for (int64_t i = 0; i < count; ++i) {
+        sums[0] += column[i] * e[i];
+        sums[1] += one[i] * e[i];
+        sums[2] += two[i] * e[i];
+        sums[3] += three[i] * e[i];
+    }
+    memcpy(found, sums, sizeof(sums));
+}
+
+/* x becomes L⁻ᵀ L⁻¹ x, in the order of the factor; e: room for the rows of a supernode. */
+static void substitute(const cholmod_factor *of, float *restrict x, float *restrict e)
+{
+    const int *super = of->super, *pi = of->pi, *px = of->px, *row = of->s;
+    const float *values = of->x;
+    for (int s = 0; s < (int)of->nsuper; ++s) {
+        const int first = super[s], columns = super[s + 1] - first, rows = pi[s + 1] - pi[s];
+        const float *L = values + px[s];
+        for (int i = 0; i < columns; ++i) e[i] = x[first + i];
+        for (int i = columns; i < rows; ++i) e[i] = 0.0f;
+        for (int j = 0; j < columns; j += TOGETHER) {
+            const int last = j + TOGETHER < columns ? j + TOGETHER : columns;
+            for (int k = j; k < last; ++k) {
+                e[k] /= L[(int64_t)k * rows + k];
+                for (int i = k + 1; i < last; ++i) e[i] -= L[(int64_t)k * rows + i] * e[k];
+            }
+            subtract(e + last, L + (int64_t)j * rows + last, rows, last - j, rows - last, e + j);
+        }
+        for (int i = 0; i < columns; ++i) x[first + i] = e[i];
+        for (int i = columns; i < rows; ++i) x[row[pi[s] + i]] += e[i];
+    }
+    for (int s = (int)of->nsuper - 1; s >= 0; --s) {
+        const int first = super[s], columns = super[s + 1] - first, rows = pi[s + 1] - pi[s];
+        const float *L = values + px[s];
+        for (int i = 0; i < columns; ++i) e[i] = x[first + i];
+        for (int i = columns; i < rows; ++i) e[i] = x[row[pi[s] + i]];
+        for (int j = (columns - 1) / TOGETHER * TOGETHER; j >= 0; j -= TOGETHER) {
+            const int last = j + TOGETHER < columns ? j + TOGETHER : columns;
+            float found[TOGETHER];
+            products(e + last, L + (int64_t)j * rows + last, rows, last - j, rows - last, found);
+            for (int k = last - 1; k >= j; --k) {
+                float sum = e[k] - found[k - j];
+                for (int i = k + 1; i < last; ++i) sum -= L[(int64_t)k * rows + i] * e[i];
+                e[k] = sum / L[(int64_t)k * rows + k];
+            }
+        }
+        for (int i = 0; i < columns; ++i) x[first + i] = e[i];
+    }
+}
+
 static int solve(uintptr_t address, uintptr_t b_, uintptr_t x_)
 {
     single *s = (single *)address;
     const double *b = (const double *)b_;
     double *x = (double *)x_, size = 0.0;
-    float *scaled = s->b->x;
+    if (s->factor->xtype != CHOLMOD_REAL) return 0; /* memory was short */
+    const int *place = s->factor->Perm;
+    float *found = s->x, *room = found + s->n;
     for (int j = 0; j < s->n; ++j) size = fmax(size, fabs(b[j] * s->scale[j]));
     if (!(size > 0.0) || isinf(size)) size = 1.0;
-    for (int j = 0; j < s->n; ++j) scaled[j] = (float)(b[j] * s->scale[j] / size);
-    if (!cholmod_solve2(CHOLMOD_A, s->factor, s->b, NULL, &s->x, NULL, &s->y, &s->e, &s->common)) return 0;
-    const float *found = s->x->x;
-    for (int j = 0; j < s->n; ++j) x[j] = found[j] * s->scale[j] * size;
+    for (int j = 0; j < s->n; ++j) found[j] = (float)(b[place[j]] * s->scale[place[j]] / size);
+    substitute(s->factor, found, room);
+    for (int j = 0; j < s->n; ++j) x[place[j]] = found[j] * s->scale[place[j]] * size;
     return 1;
 }
 """
@@ -229,21 +307,21 @@ class Factor:
         self._library, self._address, self._fresh, self.is_poor = library, address, False, False
 
     @classmethod
-    def of_rows(cls, library: Any, starts: Indices, columns: Indices) -> Factor:
-        """Of a symmetric matrix by rows, as PETSc has it."""
-        return cls(library, library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data))
+    def of_rows(cls, library: Any, starts: Indices, columns: Indices, dim: int) -> Factor:
+        """Of a symmetric matrix by rows, as PETSc has it, of a body of so many dimensions."""
+        return cls(library, library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data, dim))
 
     @classmethod
-    def of_blocks(cls, library: Any, pairs: Indices, held: Marks) -> Factor:
+    def of_blocks(cls, library: Any, pairs: Indices, held: Marks, dim: int) -> Factor:
         """Of blocks of pairs of nodes, the higher one first, rising.
 
-        held: rows of a unit matrix, whatever the blocks say, shape (nodes · block,).
+        held: rows of a unit matrix, whatever the blocks say, shape (nodes · block,).  dim: of the body.
         """
         nodes = int(pairs[-1, 0]) + 1  # each has a block of its own, the last in its row
         starts = np.searchsorted(pairs[:, 0], np.arange(nodes + 1)).astype(np.int32)
         columns, marks = np.ascontiguousarray(pairs[:, 1], dtype=np.int32), np.ascontiguousarray(held, dtype=np.int8)
         places = (each.ctypes.data for each in (starts, columns, marks))
-        return cls(library, library.make_of_blocks(nodes, len(held) // nodes, *places))
+        return cls(library, library.make_of_blocks(nodes, len(held) // nodes, *places, dim))
 
     def factorise(self, values: Floats) -> bool:
         """Whether a matrix, by its entries or blocks, has one."""
@@ -253,7 +331,7 @@ class Factor:
 
     def solve(self, b: Floats, times: Callable[[Floats], Floats]) -> Floats:
         """X ≈ A⁻¹ b; times: product of the matrix with a vector, to look at the first solution with."""
-        found = self._solve(b)
+        found = self.approximate(b)
         if self._fresh:
             self._fresh = False
             found = self._looked_at(times, b, found)
@@ -265,7 +343,8 @@ class Factor:
         self._library.multiply(self._address, values.ctypes.data, x.ctypes.data, y.ctypes.data)
         return y
 
-    def _solve(self, b: Floats) -> Floats:
+    def approximate(self, b: Floats) -> Floats:
+        """X ≈ A⁻¹ b, not looked at."""
         b, x = np.ascontiguousarray(b), np.full(len(b), np.nan)
         if self._address:
             self._library.solve(self._address, b.ctypes.data, x.ctypes.data)
@@ -278,7 +357,7 @@ class Factor:
         direction: Floats = np.zeros(len(rest))
         slope = 1.0
         for _ in range(MOST_ITERATIONS if self.is_poor else 0):
-            improved = self._solve(rest)
+            improved = self.approximate(rest)
             former, slope = slope, float(rest @ improved)
             direction = improved + (slope / former) * direction
             product = times(direction)
@@ -308,9 +387,9 @@ class SingleFactor:
 
     name = NAME
 
-    def __init__(self, library: Any) -> None:
-        """library: see `load`."""
-        self._library = library
+    def __init__(self, library: Any, dim: int) -> None:
+        """library: see `load`.  dim: of the body."""
+        self._library, self._dim = library, dim
         self._factor: Factor | None = None
         self._own, self._comm = slice(0), MPI.COMM_SELF
         self._rows: Indices = np.zeros(1, dtype=int)  # of each rank
@@ -328,7 +407,8 @@ class SingleFactor:
             )
             lengths = gathered(self._comm, np.diff(starts), self._rows)
             starts = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
-            self._factor = Factor.of_rows(self._library, starts, gathered(self._comm, columns, self._entries))
+            columns = gathered(self._comm, columns, self._entries)
+            self._factor = Factor.of_rows(self._library, starts, columns, self._dim)
         made = self._factor.factorise(gathered(self._comm, values, self._entries))
         self._factor.is_poor = not self._comm.allreduce(made, MPI.LAND)
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from growthx.solvers.cell_factors import CellFactors
     from growthx.solvers.linear_solvers import LinearSolver
+    from growthx.solvers.node_factors import NodeFactors
     from growthx.solvers.problem import NonlinearProblem
 
 
@@ -41,8 +42,9 @@ class Tangent:
         self._asked_for: PETSc.Mat | None = None
         options = PETSc.Options(snes.getOptionsPrefix()).getAll()  # they are for a matrix
         self._border: Bordered | None = None
-        apart = full or options or problem.motions() is not None
-        self._cells: CellFactors | None = None if apart else linear_solvers.cell_factors(problem)
+        self._cells: CellFactors | NodeFactors | None = None
+        if not (full or options or problem.motions() is not None):
+            self._cells = linear_solvers.cell_factors(problem) or linear_solvers.node_factors(problem)
         if self._cells is None:
             self._use_matrix(full=full)
             return

@@ -20,32 +20,31 @@ class Prediction:
     """Continues the unknown of the last times by polynomials, of a degree that is chosen anew at each time.
 
     The error of a polynomial through k + 1 times grows with the product of the distances from them: its last one tells
-    the next one, as in codes with backward differences.
+    the next one, as in codes with backward differences.  Over that product it is the divided difference of the next
+    order, of the new time and those the polynomial goes through.
     """
 
     def __init__(self, comm: MPI.Intracomm) -> None:
         self._comm = comm
         self._known: list[tuple[float, Floats]] = []  # times and unknowns, the last one last
+        self._differences: list[Floats] = []  # divided ones of the last time and as many before it as their order
         self._errors: list[float] = []  # of each degree at the last time, per product of distances
 
     def restart(self) -> None:
         """Forget all but the last time: nothing goes on as it went."""
         del self._known[:-1]
+        self._begin_differences()
         self._errors = []
 
     def remember(self, time: float, unknown: Floats) -> None:
         """The unknown at a time; one at the last time takes its place."""
         if self._known and self._known[-1][0] == time:
             del self._known[-1]
-        errors = []
-        for degree in range(len(self._known)):
-            guess = self._polynomial(time, degree)
-            errors.append(float(np.square(guess - unknown).sum()))
-        self._errors = [
-            np.sqrt(error) / self._distances(time, degree)
-            for degree, error in enumerate(self._comm.allreduce(np.array(errors)))
-        ]
+            self._begin_differences()
+        squares = np.array([float(each @ each) for each in self._add(time, unknown)])
+        self._errors = [float(np.sqrt(square)) for square in self._comm.allreduce(squares)]
         self._known = [*self._known, (time, unknown)][-HIGHEST - 1 :]
+        del self._differences[HIGHEST + 1 :]
 
     def memory(self) -> Memory:
         """The times and unknowns that it knows, and how well each degree did."""
@@ -56,6 +55,7 @@ class Prediction:
         """Know again what was known."""
         times = memory.numbers["foretold_from"]
         self._known = [(time, memory.unknowns[f"known_{place}"].copy()) for place, time in enumerate(times)]
+        self._begin_differences()
         self._errors = memory.numbers["degrees"]
 
     def at(self, time: float) -> Floats | None:
@@ -67,18 +67,31 @@ class Prediction:
         best = min(range(len(self._errors)), key=lambda degree: self._errors[degree] * self._distances(time, degree))
         return self._polynomial(time, best) if best > 0 else None
 
-    def _nodes(self, degree: int) -> list[tuple[float, Floats]]:
-        return self._known[len(self._known) - degree - 1 :]
+    def _begin_differences(self) -> None:
+        """Those of what is known."""
+        known, self._known, self._differences = self._known, [], []
+        for time, unknown in known:
+            self._add(time, unknown)
+            self._known.append((time, unknown))
+
+    def _add(self, time: float, unknown: Floats) -> list[Floats]:
+        """Go on to the differences of a new last time; those of the first order and higher."""
+        differences = [unknown]
+        for order, (former, (known, _)) in enumerate(zip(self._differences, reversed(self._known), strict=True)):
+            # What is known itself is kept, and has memory of its own.
+            difference = np.subtract(differences[-1], former, out=former if order else None)
+            difference /= time - known
+            differences.append(difference)
+        self._differences = differences
+        return differences[1:]
 
     def _distances(self, time: float, degree: int) -> float:
-        return float(np.prod([abs(time - known) for known, _ in self._nodes(degree)]))
+        return float(np.prod([abs(time - known) for known, _ in self._known[len(self._known) - degree - 1 :]]))
 
     def _polynomial(self, time: float, degree: int) -> Floats:
-        """Lagrange's polynomial, in changes from the last time: what stood still stays, to the bit."""
-        nodes = self._nodes(degree)
-        last = nodes[-1][1]
-        value = last.copy()
-        for here, unknown in nodes[:-1]:
-            share = np.prod([(time - other) / (here - other) for other, _ in nodes if other != here])
-            value += share * (unknown - last)
+        """Newton's polynomial: what stood still stays, to the bit."""
+        value, distances = self._known[-1][1].copy(), 1.0
+        for difference, (known, _) in zip(self._differences[1 : degree + 1], reversed(self._known), strict=False):
+            distances *= time - known
+            value += distances * difference
         return value

@@ -39,7 +39,7 @@ def definite(size=40, condition=1e3, scale=1.0):
 def applied(entries):
     """The context, and the error of a solution with it."""
     matrix = matrix_of(entries)
-    pc, context = PETSc.PC().create(PETSc.COMM_SELF), SingleFactor(single_factor.load(COMM))
+    pc, context = PETSc.PC().create(PETSc.COMM_SELF), SingleFactor(single_factor.load(COMM), 3)
     pc.setType(PETSc.PC.Type.PYTHON)
     pc.setPythonContext(context)
     pc.setOperators(matrix)
