@@ -27,6 +27,8 @@ html_theme_options = {
     "navbar_persistent": [],  # the search is beside the pages, and once is enough
 }
 html_show_sourcelink = True
+smartquotes = False  # a message's --option is no dash, and is searched for as it was printed
+python_maximum_signature_line_length = 100  # longer calls have a line for each parameter
 
 # Tutorials run at each build; an error in one is a warning with its traceback, and a warning ends the build.
 nb_execution_mode = "force"

@@ -1,6 +1,7 @@
 """The site of the documentation: nothing is left out of it, and what it shows runs."""
 
 import hashlib
+import html
 import os
 import re
 import subprocess
@@ -160,6 +161,8 @@ def test_the_site_is_built(tmp_path):
     )
     assert run.returncode == 0 and run.stderr == "", run.stdout + run.stderr
     assert all((tmp_path / "html" / f"{page}.html").is_file() for page in ("index", *listed()))
+    messages = html.unescape((tmp_path / "html" / "messages.html").read_text(encoding="utf-8"))
+    assert "--bounds LOW HIGH would be right" in messages and "’" not in messages, "as they are printed"
     assert {"bar.png", "column.png"} <= {path.name for path in (tmp_path / "html" / "_images").iterdir()}
     for name in contents.TUTORIALS:
         shown = (tmp_path / "html" / "tutorials" / f"{name}.html").read_text(encoding="utf-8")
