@@ -12,7 +12,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.checks import require_number
+from growthx.common.checks import require_kind, require_number
 from growthx.common.errors import InputError
 from growthx.common.renamed import renamed
 from growthx.common.words import place_in_words
@@ -135,6 +135,7 @@ def stem(
     head_radius: of the head that bears the joint's force, 24 of the femur's own.
     Everything else as for `femur`.  Its zones are Gruen's, of a stem as long as the mesh's.
     """
+    require_kind(mesh, Mesh, "the mesh with the stem", "a growthx.Mesh")
     for region in ("bone", "stem"):
         mesh.region(region)
     own = femur(
