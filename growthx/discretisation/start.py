@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from growthx.common.arrays import is_uniform
 from growthx.common.checks import require
+from growthx.common.errors import raise_on_all
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, has_points, put
 from growthx.meshing.images.density import ScanDensity
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices
     from growthx.discretisation.spaces import Spaces
 
+FAR = 100.0  # reference densities, beyond which a density is of another unit: [ρ/ρ*]ⁿ has nothing to say there
 A_HAIR = 1e-9  # of the way from a node to the middle of a cell
 A_JUMP = 1e-6  # relative, of a density over that way
 
@@ -48,7 +50,7 @@ class Start:
 
 
 def start(spaces: Spaces) -> Start:
-    """The start of a scene; InputError if the initial density is not positive everywhere (collective)."""
+    """The start of a scene; InputError if the initial density is nowhere near what it may be (collective)."""
     V, D = spaces.displacement_space, spaces.density_space
     displacements = [dolfinx.fem.Function(V, name=case.name) for case in spaces.cases]
     displacement = displacements[0] if len(displacements) == 1 else dolfinx.fem.Function(V)
@@ -59,8 +61,29 @@ def start(spaces: Spaces) -> Start:
     if spaces.rests and not spaces.variant.density.local:
         resting, at_nodes = _own_at_rest(spaces, density)
     require(density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
+    _require_scale(spaces, density)
     old_density.x.array[:] = density.x.array
     return Start(displacements, displacement, density, old_density, resting, at_nodes)
+
+
+def _require_scale(spaces: Spaces, density: dolfinx.fem.Function) -> None:
+    """Refuse a density of another unit than the reference density, such as HU or kg/m³ for g/cm³ (collective)."""
+    mesh, given = spaces.scene.mesh, spaces.scene.material.reference_density
+    reference = np.ones(len(mesh.owned_cells))
+    if is_uniform(given):
+        reference *= given
+    else:
+        middle = reference_corners(mesh.cell_name).mean(axis=0, keepdims=True)
+        reference *= spaces.evaluate(as_ufl(given, mesh), middle)[:, 0]
+    highest = density.x.array[spaces.density_space.dofmap.list[: len(reference)]].max(axis=1, initial=0.0)
+    far = np.flatnonzero(highest > FAR * reference)
+    raise_on_all(
+        spaces.comm,
+        f"the initial density ρ(0) is {highest[far[0]]:g} somewhere, where the reference density is "
+        f"{reference[far[0]]:g}: one in the same unit, such as g/cm³ and not HU, would be right"
+        if len(far)
+        else "",
+    )
 
 
 def _fill(spaces: Spaces, density: dolfinx.fem.Function) -> None:

@@ -152,6 +152,8 @@ def femur(
     require_kind(separate, bool, "separate, of the load cases,", "True or False")
     program = Program(step=step, until=until)
     used = [(case, weight) for case, weight in zip(LOAD_CASES, weights, strict=True) if weight > 0]
+    if not used:
+        raise InputError("no load case of the femur has a weight: one above 0 would be right")
     mesh, where = _mesh_and_anatomy(mesh, head, trochanter, shape, size, refine, trusted, comm)
     scene = Femur(
         name="femur",

@@ -12,7 +12,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.checks import require_number
+from growthx.common.checks import require_kind, require_number
 from growthx.common.errors import InputError
 from growthx.common.renamed import renamed
 from growthx.common.words import place_in_words
@@ -146,6 +146,7 @@ def stem(
         >>> scene.growing, sorted(scene.zones)[:2]
         (('bone',), ['Gruen 1', 'Gruen 2'])
     """
+    require_kind(mesh, Mesh, "the mesh with the stem", "a growthx.Mesh")
     for region in ("bone", "stem"):
         mesh.region(region)
     own = femur(

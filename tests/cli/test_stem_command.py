@@ -105,3 +105,36 @@ def test_bad_input_of_a_stem(options, sentence, in_process):
     assert (status, out) == (2, "")
     assert sentence in err
     assert err.startswith("growthx: ") and err.count("\n") == 1
+
+
+def test_the_command_in_space(in_process, tmp_path):
+    """The table of the script, of two runs to equilibrium, and the picture."""
+    options = ("--size", "9", "--adaptive", "2e-2", "--equilibrium", "1e-3", "--weights", "1", "0", "0", "--variant")
+    status, out, err = in_process("stem3d", *options, "P1P0", "--tip", "95", "--difference", "d.png", "--json")
+    found = json.loads(out)
+    assert (status, err) == (0, "") and (tmp_path / "d.png").exists()
+    assert found["stem"] == {"young": 110_000.0} and found["intact"]["ended"] == "equilibrium"
+    steps = gx.AdaptiveSteps(2e-2, equilibrium=1e-3)
+    whole, body = (gx.scenes.stem3d_mesh(size=9.0, tip=95.0, natural=natural) for natural in (True, False))
+    femur = gx.scenes.femur3d(whole, weights=(1.0, 0.0, 0.0), until=200.0)
+    intact = gx.solve(femur, gx.P1P0, stepping=steps)
+    scene = gx.scenes.stem3d(femur, body, gx.transfer(intact, body, gx.P1P0), young=110_000.0)
+    zones = gx.shielding(intact, gx.loaded(scene, gx.P1P0), gx.solve(scene, gx.P1P0, stepping=steps))
+    for name, zone in zones.items():
+        assert found["shielding"][name]["change"] == pytest.approx(zone.change, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--material", "wood"], "--material wood is none"),
+        (["--exponents", "2", "2.5", "1", "1.25"], "--exponents is of bone alone"),
+        (["--ct", "a.nii", "--hu", "0,1"], "bone around a stem begins with that of the intact femur"),
+        (["--natural", "--stem-head", "12"], "--stem-head 12 is of a stem, and with --natural the femur keeps its own"),
+    ],
+)
+def test_bad_input_of_a_stem_in_space(options, sentence, in_process):
+    """One sentence before gmsh is asked."""
+    status, out, err = in_process("stem3d", *options)
+    assert (status, out) == (2, "")
+    assert sentence in err and err.startswith("growthx: ") and err.count("\n") == 1

@@ -166,6 +166,7 @@ def test_combinations_by_name():
         ({"size": -1.0}, "the cell size (mm) is -1: a positive number would be right"),
         ({"weights": (1.0, -0.5, 0.0)}, "the weight of a load case is -0.5: a number of at least 0 would be right"),
         ({"weights": (1.0, 0.5)}, "the weights of the load cases are (1.0, 0.5): 3 numbers would be right"),
+        ({"weights": (0.0, 0.0, 0.0)}, "no load case of the femur has a weight: one above 0 would be right"),
     ],
 )
 def test_impossible_parameters_are_refused(parameters, sentence):

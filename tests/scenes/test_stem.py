@@ -177,6 +177,12 @@ def test_bone_for_a_stem_needs_a_run():
     mesh, _ = stem()
     with pytest.raises(gx.InputError, match="of a density that no run has"):
         gx.scenes.stem(mesh, 1.2)
+    with pytest.raises(gx.InputError, match=r"the mesh with the stem is 'stem\.msh': a growthx\.Mesh would be right"):
+        gx.scenes.stem("stem.msh", 1.2, young=1.0)
+    with pytest.raises(gx.InputError, match="no load case of the femur has a weight"):
+        gx.scenes.stem(mesh, 1.2, young=1.0, weights=(0.0, 0.0, 0.0))
+    with pytest.raises(gx.InputError, match=r"is 800 somewhere, where the reference density is 1\.2: one in the same"):
+        gx.discretise(gx.scenes.stem(mesh, 800.0, young=1.0), gx.Q1P0)  # HU
     with pytest.raises(gx.InputError, match="stem"):
         gx.scenes.stem(
             gx.meshing.read(gx.meshing.locate("femur.geo"), size=9.0), 1.2, young=1.0, head_radius=HEAD_RADIUS

@@ -52,6 +52,11 @@ class Stem3d(Operation):
 
     def mesh(self, options: argparse.Namespace) -> Mesh:
         """The bone with the stem."""
+        if options.natural and options.stem_head is not None:
+            raise InputError(
+                f"--stem-head {options.stem_head:g} is of a stem, and with --natural the femur keeps its own: one of "
+                "the two would be right"
+            )
         return self._mesh(options, natural=options.natural)
 
     def femur(self, options: argparse.Namespace, mesh: Mesh) -> Scene:
