@@ -22,6 +22,7 @@ from mpi4py import MPI
 from growthx import meshing
 from growthx.common.errors import InputError
 from growthx.fem import kernels
+from growthx.meshing.formats import gmsh as gmsh_format
 from growthx.meshing.formats import msh
 from growthx.meshing.parts import each_once
 
@@ -211,6 +212,64 @@ def test_parameters_by_the_last_part_of_their_name(folder):
     path = write(folder / "square.geo", NAMED)
     assert meshing.read(path, cells=3).cell_count == 9
     assert meshing.read(path).cell_count == 4
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """How often gmsh has opened a script."""
+    found = []
+    once = gmsh_format._open
+
+    def open_and_count(gmsh, path):
+        found.append(path)
+        once(gmsh, path)
+
+    monkeypatch.setattr(gmsh_format, "_open", open_and_count)
+    return found
+
+
+# What declares the parameter, what gives it its value, and how often it must be read for that.
+DECLARED = {
+    "at once": ('DefineConstant[ cells = {2, Name "A/cells"} ];', {"cells": 3}, 1),
+    "by its whole name": ('DefineConstant[ cells = {2, Name "A/cells"} ];', {"A/cells": 3}, 1),
+    "in other words": ('DefineConstant[ cells = {2, Name StrCat("A/", "cells")} ];', {"cells": 3}, 2),
+    "where another is set": (
+        'DefineConstant[ own = {0, Name "own"} ];\n'
+        'cells = 2;\nIf(own)\nDefineConstant[ more = {2, Name "cells"} ];\ncells = more;\nEndIf',
+        {"own": 1, "cells": 3},
+        1,
+    ),
+    # Nothing of gmsh's tells that the script has taken a 0 without limits.
+    "as 0": ('DefineConstant[ cells = {3, Name "cells"}, shift = {1, Name "shift"} ];', {"shift": 0}, 3),
+}
+
+
+@pytest.mark.parametrize("way", DECLARED)
+def test_a_script_is_read_once(folder, opened, way):
+    """Large scripts take long; what the text does not tell is found by reading it first, as ever."""
+    text, parameters, times = DECLARED[way]
+    path = write(folder / "square.geo", NAMED.replace(NAMED.splitlines()[1], text))
+    assert meshing.read(path, **parameters).cell_count == 9
+    assert len(opened) == (times if COMM.rank == 0 else 0)
+
+
+def test_a_parameter_that_a_script_does_not_come_to(folder):
+    """It is in the text, where no value leads to it: to take it would leave the default mesh without a word."""
+    never = 'If(0)\nDefineConstant[ other = {1, Name "other"} ];\nEndIf\n'
+    path = write(folder / "square.geo", NAMED + never)
+    assert "has no parameter 'other'; it has" in refusal(path, other=3)
+
+
+def test_surfaces_that_gmsh_meshes_with_cells_of_its_own_are_told(folder, monkeypatch, caplog):
+    """It makes the cells smaller until it finds a mesh, five times as many for one, and says nothing aloud."""
+    path = write(folder / "square.geo", NAMED)
+    if COMM.rank == 0:
+        lines = ["Info: Serializing surface 3 and refining all its bounding edges"] * 2
+        known = gmsh.logger.get
+        monkeypatch.setattr(gmsh.logger, "get", lambda: [*known(), *lines])
+    assert meshing.read(path).cell_count == 4
+    told = [record.getMessage() for record in caplog.records if "smaller until it did" in record.getMessage()]
+    assert len(told) == (1 if COMM.rank == 0 else 0) and all(f"of surface 3 of {path}" in each for each in told)
 
 
 @pytest.mark.parametrize("refine", [2, 3, 4])

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import signal
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 SUFFIXES = {".geo": "a gmsh script"}
 IS_PROGRAM = True
 
+_NAME = re.compile(r'\bName\s*"([^"]+)"')
+_FINER = re.compile(r"surface (\d+) and refining all its bounding edges")
 _NO_LIMIT = 1e199  # gmsh says 1e200 where there is none
 
 # gmsh is silent and reads a script to its end: if an error raised (AbortOnError = 2, its default in Python), its parser
@@ -50,13 +54,15 @@ def read(path: Path, parameters: Mapping[str, float], trusted: bool = False) -> 
     their whole names.
     trusted: let the script run programs and write files, see `scripts`.
     """
-    _check_merged(path, scripts.check(path, trusted))
+    merged = scripts.check(path, trusted)
+    _check_merged(path, merged)
     with _gmsh_session(path) as gmsh:
-        _open(gmsh, path)
-        if parameters:
-            values = _set_parameters(gmsh, path, parameters)
-            gmsh.model.remove()
-            _open_with(gmsh, path, values)
+        if not _opened_at_once(gmsh, path, parameters, merged):
+            _open(gmsh, path)
+            if parameters:
+                values = _set_parameters(gmsh, path, parameters)
+                gmsh.model.remove()
+                _open_with(gmsh, path, values)
         dim = max((dim for dim, _ in gmsh.model.getPhysicalGroups() or gmsh.model.getEntities()), default=None)
         if dim is None:
             raise InputError(f"{path} has no physical groups, surfaces or volumes: named ones would be right")
@@ -71,9 +77,21 @@ def read(path: Path, parameters: Mapping[str, float], trusted: bool = False) -> 
             with _gmsh_errors(gmsh, path):
                 gmsh.model.mesh.generate(dim)
         found = _content(gmsh, path)
+        found = replace(found, notices=(*found.notices, *_trouble(gmsh.logger.get(), path)))
     if not any(DIMENSIONS[kind.shape] == dim for kind in found.elements):
         raise InputError(f"the physical groups of {path} hold no cells: a meshed surface or volume would be right")
     return found
+
+
+def _trouble(log: Iterable[str], path: Path) -> Iterator[str]:
+    """A notice of surfaces that gmsh could not mesh as asked, and then meshed with smaller and smaller cells."""
+    surfaces = sorted({int(number) for line in log for number in _FINER.findall(line)})
+    if surfaces:
+        which = f"surface{'s' if len(surfaces) > 1 else ''} {', '.join(map(str, surfaces))}"
+        yield (
+            f"gmsh found no mesh of {which} of {path} with cells as large as asked, and made them smaller until it "
+            "did: other parameters, a slightly different size for one, would give the cells that were meant"
+        )
 
 
 @contextmanager
@@ -128,6 +146,52 @@ def _open(gmsh: Any, path: Path) -> None:
         gmsh.open(str(path))
 
 
+def _opened_at_once(gmsh: Any, path: Path, parameters: Mapping[str, float], merged: Iterable[Path]) -> bool:
+    """Open a script whose text tells the whole names of all parameters, so that it need not be read to know them.
+
+    Whether it took their values.  If not, it is as if nothing had been tried: reading it first finds what is wrong.
+    """
+    if not parameters:
+        return False
+    known = list(dict.fromkeys(name for file in (path, *merged) for name in _names_in(file)))
+    found = [_meant(name, known) for name in parameters]
+    if any(len(meant) != 1 for meant in found):
+        return False
+    values = {meant: _finite(path, name, parameters[name]) for (meant,), name in zip(found, parameters, strict=True)}
+    for name, value in values.items():
+        gmsh.onelab.setNumber(name, [value])
+    before = {name: gmsh.onelab.get(name) for name in values}
+    try:
+        _open_with(gmsh, path, values)
+        known = _numbers(gmsh)
+        # What no DefineConstant was reached for is as it was.
+        taken = all(gmsh.onelab.get(name) != told for name, told in before.items())
+        if taken and [_meant(name, known) for name in parameters] == found:
+            return True
+    except InputError:
+        pass
+    for name in values:
+        gmsh.onelab.clear(name)
+    gmsh.model.remove()
+    return False
+
+
+def _names_in(file: Path) -> list[str]:
+    """Of the parameters, as far as the text of a script tells them."""
+    return _NAME.findall(file.read_text(errors="replace")) if file.suffix.lower() in SUFFIXES else []
+
+
+def _meant(name: str, known: Iterable[str]) -> list[str]:
+    """The whole names that a name may mean."""
+    return [name] if name in known else [whole for whole in known if whole.endswith(f"/{name}")]
+
+
+def _numbers(gmsh: Any) -> list[str]:
+    """The whole names of the parameters that are numbers."""
+    own = [name for name in gmsh.onelab.getNames() if not name.startswith(("Gmsh/", "ONELAB/"))]
+    return [name for name in own if len(gmsh.onelab.getNumber(name))]
+
+
 def _open_with(gmsh: Any, path: Path, values: Mapping[str, float]) -> None:
     """Open a script whose parameters have these values; refuse those that it does not want, whatever came of them."""
     problem = None
@@ -168,11 +232,9 @@ def _set_parameters(gmsh: Any, path: Path, parameters: Mapping[str, float]) -> d
 
     Returns them by their whole names.
     """
-    own = [name for name in gmsh.onelab.getNames() if not name.startswith(("Gmsh/", "ONELAB/"))]
-    known = [name for name in own if len(gmsh.onelab.getNumber(name))]
-    values = {}
+    known, values = _numbers(gmsh), {}
     for name, value in parameters.items():
-        meant = [name] if name in known else [whole for whole in known if whole.endswith(f"/{name}")]
+        meant = _meant(name, known)
         if not meant:
             has = quoted(whole.rsplit("/", 1)[-1] for whole in known)
             raise InputError(f"{path} has no parameter '{name}'; it has {has or 'none at all'}")
