@@ -50,7 +50,7 @@ class Compiler:
     def tangent(self, form: ufl.Form) -> dolfinx.fem.Form:
         """A compiled bilinear form of all unknowns.  by_nodes: of it, what adds it up for `NodeBlocks`, if anything."""
         form, compiled = self._form(form)
-        compiled.by_nodes = functools.cache(partial(self, node_blocks.of_blocks, form, compiled))  # type: ignore[attr-defined]
+        compiled.by_nodes = functools.cache(functools.partial(self, node_blocks.of_blocks, form, compiled))  # type: ignore[attr-defined]
         return compiled
 
     def _form(self, form: ufl.Form) -> tuple[ufl.Form, dolfinx.fem.Form]:
