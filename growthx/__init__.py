@@ -42,6 +42,7 @@ _HOME = {
     "LineForce": "model.actions.concentrated",
     "Moment": "model.actions.faces",
     "Rotation": "model.actions.faces",
+    "RigidFace": "model.actions.rigid",
     "Spring": "model.actions.springs",
     "Foundation": "model.actions.springs",
     "Table": "model.actions.histories",

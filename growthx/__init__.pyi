@@ -60,6 +60,7 @@ from growthx.model.actions.concentrated import PointForce as PointForce
 from growthx.model.actions.faces import Moment as Moment
 from growthx.model.actions.faces import Rotation as Rotation
 from growthx.model.actions.histories import Table as Table
+from growthx.model.actions.rigid import RigidFace as RigidFace
 from growthx.model.actions.springs import Foundation as Foundation
 from growthx.model.actions.springs import Spring as Spring
 from growthx.model.arrows import Arrow as Arrow

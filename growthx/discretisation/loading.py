@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,13 +11,15 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.common.errors import InputError
+from growthx.discretisation.constraints.rigid_faces import RigidFaces, is_of_a_rigid_face
 from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.meshing.fields import interpolate, vector
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import Moment, Rotation, cross_matrix
-from growthx.model.actions.histories import share_at
+from growthx.model.actions.histories import peak_of
+from growthx.model.actions.rigid import RigidFace
 from growthx.model.loads import Traction
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
@@ -33,11 +34,7 @@ if TYPE_CHECKING:
     from growthx.meshing.mesh import Mesh
     from growthx.model.actions.histories import History
     from growthx.model.loads import Load
-    from growthx.model.program import Program
     from growthx.model.supports import Support
-
-
-LOOKED_AT = 1000  # times at which the peak of a load's history is looked for
 
 
 @dataclass(frozen=True)
@@ -93,11 +90,12 @@ class Supports:
     """What holds the displacements of the load cases.
 
     held: each direction of each support; conditions: the same for DOLFINx.
+    rigid: boundaries that are held to be rigid, and free to move as such.
     """
 
     def __init__(self, spaces: Spaces, unknowns: Unknowns) -> None:
         self._spaces, self._translations = spaces, unknowns.translations
-        self._turns = Turns(spaces, unknowns)
+        self._turns, self._dim = Turns(spaces, unknowns), spaces.scene.mesh.dim
         scene = spaces.scene
         self.held = [
             held
@@ -105,6 +103,19 @@ class Supports:
             for held in _hold(scene.supports, scene.mesh, space, case)
         ]
         self.conditions = [held.condition for held in self.held]
+        self.rigid = RigidFaces(spaces, unknowns)
+        self.rigid.refuse_what_is_shared(
+            (held.boundary, held.direction, held.dofs, bool(held.values.any())) for held in self.held
+        )
+        # What bears forces: name, load case, direction and owned unknowns.
+        self._bearing = [
+            *((held.boundary, held.case, held.direction, owned(held.condition)) for held in self.held),
+            *(
+                (face.face.on, face.case, i, face.dofs[face.own, i])
+                for face in self.rigid.faces
+                for i in range(self._dim)
+            ),
+        ]
 
     def move(self, iterate: Floats, state: State) -> None:
         """Put an iterate, as `x.array`, to where the supports are at the end of the running step."""
@@ -125,10 +136,10 @@ class Supports:
         forces, cases, dim = borne.copy(), self._spaces.cases, self._spaces.scene.mesh.dim
         names = self._names()
         found: dict[str, Floats] = {name: np.zeros(dim) for name in names}
-        for name, held in zip(names, self.held, strict=True):
-            dofs, moved = owned(held.condition), self._translations[held.case][held.direction]
-            force = self._spaces.comm.allreduce(float(moved[dofs] @ forces[dofs])) / cases[held.case].weight
-            found[name][held.direction] += force
+        for name, (_, case, direction, dofs) in zip(names, self._bearing, strict=True):
+            moved = self._translations[case][direction]
+            force = self._spaces.comm.allreduce(float(moved[dofs] @ forces[dofs])) / cases[case].weight
+            found[name][direction] += force
             forces[dofs] = 0.0  # what two supports share is borne by the first
         return found
 
@@ -136,23 +147,27 @@ class Supports:
         """Moment on the body at each support about a place, by name as `reactions`; shape (1,) in the plane, or (3,).
 
         With the arms as they are deformed by the displacements of the load cases, as `x.array` each, of a material of
-        small strains with those at rest (force times length; per thickness).
+        small strains with those at rest (force times length; per thickness).  Of a rigid face without the moments that
+        are its load.
         """
         axes, names = self._turns.axes, self._names()
         found: dict[str, Floats] = {name: np.zeros(len(axes)) for name in names}
         for number, axis in enumerate(axes):
             forces = borne.copy()
             turns = [self._turns.of(axis, about, u, case) for case, u in enumerate(displacements)]
-            for name, held in zip(names, self.held, strict=True):
-                dofs = owned(held.condition)
-                of_rank = float(turns[held.case][dofs] @ forces[dofs])
-                found[name][number] += self._spaces.comm.allreduce(of_rank) / self._spaces.cases[held.case].weight
+            for name, (_, case, _, dofs) in zip(names, self._bearing, strict=True):
+                of_rank = float(turns[case][dofs] @ forces[dofs])
+                found[name][number] += self._spaces.comm.allreduce(of_rank) / self._spaces.cases[case].weight
                 forces[dofs] = 0.0
+        for face, moment in zip(self.rigid.faces, self.rigid.applied, strict=True):
+            found[self._name(face.face.on, face.case)] -= moment
         return found
 
     def _names(self) -> list[str]:
-        cases = self._spaces.cases
-        return [f"{cases[held.case].name}: {held.boundary}".removeprefix(": ") for held in self.held]
+        return [self._name(boundary, case) for boundary, case, _, _ in self._bearing]
+
+    def _name(self, boundary: str, case: int) -> str:
+        return f"{self._spaces.cases[case].name}: {boundary}".removeprefix(": ")
 
 
 class DeadLoads:
@@ -168,7 +183,7 @@ class DeadLoads:
         self.timed_loads: list[tuple[Callable[[float], float], Floats]] = []
         for number, (case, test) in enumerate(zip(spaces.cases, unknowns.tests, strict=True)):
             for load in case.loads:
-                if isinstance(load, OpenLoad):
+                if isinstance(load, OpenLoad) or is_of_a_rigid_face(load, spaces.scene):
                     continue
                 if isinstance(load, Moment):
                     load = Traction(load.on, load.traction(spaces.scene.mesh), load.history)
@@ -220,21 +235,18 @@ class DeadLoads:
         return np.asarray(self.nodal_load + sum(load for _, load in self.timed_loads))
 
 
-def peak_of(history: History | None, timetable: Program) -> float:
-    """The largest size of a history's shares, looked for at a thousand times of a program; of its ramp, one."""
-    if history is None:
-        return 1.0
-    times = timetable.times()
-    return max(abs(share_at(history, float(time))) for time in times[:: math.ceil(len(times) / LOOKED_AT)])
-
-
 def _hold(
-    supports: Iterable[Support | PointSupport | Rotation], mesh: Mesh, space: dolfinx.fem.FunctionSpace, case: int
+    supports: Iterable[Support | PointSupport | Rotation | RigidFace],
+    mesh: Mesh,
+    space: dolfinx.fem.FunctionSpace,
+    case: int,
 ) -> list[Held]:
     """Boundary conditions on the displacement of a load case, whose space is its own or a part of a mixed one."""
     held = []
     alone = dolfinx.fem.functionspace(mesh.domain, space.ufl_element().sub_elements[0])
     for support in supports:
+        if isinstance(support, RigidFace):
+            continue
         turned = support.fields(mesh) if isinstance(support, Rotation) else []
         for i, value in support.components(mesh.dim):
             part = space.sub(i)

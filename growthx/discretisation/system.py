@@ -18,7 +18,7 @@ from growthx.discretisation.state import WHOLE, Way
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.model.exponents import is_well_posed
-from growthx.solvers.problem import Layout
+from growthx.solvers.problem import Layout, Motions
 
 if TYPE_CHECKING:
     import ufl
@@ -123,6 +123,7 @@ class System:
         self.unknown, self.owned = self.unknowns.function, self.unknowns.owned
         self.symmetric = densities.symmetric
         self.supports = Supports(spaces, self.unknowns)
+        self.rigid = self.supports.rigid
         self.conditions = [*self.supports.conditions, *densities.conditions]
         self.loads = DeadLoads(spaces, self.unknowns)
         self.borne: Floats | None = None
@@ -167,7 +168,15 @@ class System:
             condensed=self.unknowns.density_part is None,
             space=self.spaces.displacement_space,
             parts=tuple(self.unknowns.parts),
-            held=np.unique(np.concatenate([none, *(owned(condition) for condition in self.conditions)])),
+            held=np.unique(
+                np.concatenate(
+                    [
+                        none,
+                        *(owned(condition) for condition in self.conditions),
+                        *(face.dofs[face.own].ravel() for face in self.rigid.faces),
+                    ]
+                )
+            ),
             symmetric_parts=not scene.open_loads,
         )
 
@@ -191,15 +200,34 @@ class System:
         return self._force_scale
 
     def peak_load(self) -> Floats:
-        """Nodal dead load at full traction and at the peaks of its histories, but where the body is held."""
+        """Nodal dead load at full traction and at the peaks of its histories, but where the body is held.
+
+        Of rigid faces, with their moments, what their motions feel of it.
+        """
         load = self.loads.peak()
         for condition in self.conditions:
             load[owned(condition)] = 0.0
+        self.rigid.reduce(load, [-moment for moment in self.rigid.turning_at_peak()])
         return load
 
     def start_from(self, values: Floats) -> None:
         """Make the first entries of the running iterate these, as many as there are."""
         self.unknown.x.array[: len(values)] = values
+
+    def motions(self) -> Motions | None:
+        """Those of the rigid faces: `RigidFaces.motions`."""
+        return self.rigid.motions()
+
+    def settled(self, values: Floats) -> Floats:
+        """Owned unknowns, near to these values, in which the rigid faces are."""
+        if not self.rigid.faces:
+            return values
+        kept = self.unknown.x.array.copy()
+        self.start_from(values)
+        self.rigid.settle(self.unknown.x.array)
+        found = self.unknown.x.array[: self.owned].copy()
+        self.unknown.x.array[:] = kept
+        return found
 
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.
@@ -207,14 +235,16 @@ class System:
         Rows of held unknowns are zero: they hold no equation, but what is not admissible may show in them alone.
         """
         self.unknown.x.scatter_forward()
+        self.rigid.settle(self.unknown.x.array)
         admissible = self.densities.update()
         forces = self._forces()  # on all ranks, whatever one of them has found
         self.borne = forces.copy()
-        if not (admissible and np.all(np.isfinite(forces))):
-            forces[:] = np.nan
-            return forces
+        counts = admissible and np.all(np.isfinite(forces))
         for condition in self.conditions:
             forces[owned(condition)] = 0.0
+        self.rigid.reduce(forces, self.rigid.turning(self.state))
+        if not counts:
+            forces[:] = np.nan
         return forces
 
     def _forces(self) -> Floats:
@@ -249,6 +279,7 @@ class System:
         """
         self.state.begin(time_step, amplitude, time, base, way)
         self.supports.move(self.unknown.x.array, self.state)
+        self.rigid.settle(self.unknown.x.array)
         self.densities.begin(self.force_scale())
 
     def accept_step(self) -> None:

@@ -16,7 +16,7 @@ from growthx.fem.cells import SIMPLICES
 from growthx.fem.compat import cell_name
 
 if TYPE_CHECKING:
-    from growthx.common.arrays import Indices
+    from growthx.common.arrays import Floats, Indices
 
 
 ROUND_OFF = 1e-9  # share of a cell's volume that is none
@@ -44,10 +44,19 @@ def at_nodes(volume: ufl.Measure, degree: int = 1) -> ufl.Measure:
         return volume.reconstruct(metadata={"quadrature_rule": "GLL", "quadrature_degree": 3})
     points = np.asarray(basix.create_element(basix.ElementFamily.P, basix.CellType[cell], degree).points)
     reference = float(np.sum(basix.make_quadrature(basix.CellType[cell], 1)[1]))
+    weights = np.full(len(points), reference / len(points))
+    return volume.reconstruct(metadata=rule_of_points(points, weights, degree))
+
+
+def rule_of_points(points: Floats, weights: Floats, degree: int) -> dict[str, Any]:
+    """The metadata of an integral over cells by points of the reference cell, (points, dim), and weights of one's own.
+
+    degree: in the name of the rule alone.
+    """
     rule: dict[str, Any] = {"quadrature_rule": "custom", "quadrature_degree": degree}
-    rule["quadrature_points"] = points.view(_RulePoints)
-    rule["quadrature_weights"] = np.full(len(points), reference / len(points)).view(_RulePoints)
-    return volume.reconstruct(metadata=rule)
+    rule["quadrature_points"] = np.ascontiguousarray(points).view(_RulePoints)
+    rule["quadrature_weights"] = np.ascontiguousarray(weights).view(_RulePoints)
+    return rule
 
 
 def node_shares(domain: dolfinx.mesh.Mesh, degree: int = 1) -> dolfinx.fem.Function:

@@ -132,6 +132,7 @@ class OpenTraction(OpenLoad, replaceable=()):
 class Pressure(OpenLoad, replaceable=()):
     """A pressure (force per deformed area) on a named boundary that follows the deformation, t = −p J F⁻ᵀ N.
 
+    In plane stress it acts on the thickness as it is, too: J has the thickness stretch as a factor.
     history: its share as a function of time, or a `Table`, in place of the program's ramp.
 
     Example:
@@ -154,8 +155,12 @@ class Pressure(OpenLoad, replaceable=()):
 
     def force(self, u: Any, rho: Any, mesh: Mesh) -> Any:
         """−p J F⁻ᵀ N, force per reference area."""
+        return self.force_on(u, ufl.FacetNormal(mesh.domain))
+
+    def force_on(self, u: Any, area: Any, thickness: Any = 1.0) -> Any:
+        """−p J F⁻ᵀ N of a vector for N, in the plane at a stretch of the thickness."""
         F = deformation_gradient(u)
-        return -self.value * ufl.det(F) * ufl.inv(F).T * ufl.FacetNormal(mesh.domain)
+        return -self.value * thickness * ufl.det(F) * ufl.inv(F).T * area
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from growthx.common.errors import InputError
 from growthx.common.words import place_in_words
 from growthx.fem import compat
 from growthx.meshing.corners import facet_vectors
+from growthx.model.actions.rigid import RigidFace
 from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import PointSupport
 
@@ -120,14 +121,38 @@ def _joined(comm: MPI.Intracomm, entities: Indices, index_map: dolfinx.common.In
 
 # -- equations: rows (part, direction, place) --------------------------------------------------------------------------
 
-Row = tuple["Indices", "int | Floats", "Floats"]  # or, for a direction, one of each node, (nodes, dim)
+
+@dataclass(frozen=True)
+class _Spin:
+    """In place of the direction of a displacement: the rotation about an axis, (3,)."""
+
+    axis: Floats
+
+
+Row = tuple["Indices", "int | Floats | _Spin", "Floats"]  # or, for a direction, one of each node, (nodes, dim)
 
 
 def _held_rows(scene: Scene, pieces: _Pieces) -> Iterator[Row]:
     for support in scene.supports:
         parts, places = _support_nodes(support, scene.mesh, pieces)
+        if isinstance(support, RigidFace):
+            yield from _rigid_rows(support, scene.mesh, parts)
+            continue
         for direction, _ in support.components(scene.mesh.dim):
             yield parts, direction, places
+
+
+def _rigid_rows(face: RigidFace, mesh: Mesh, parts: Indices) -> Iterator[Row]:
+    """Its centre stays along some directions, and it does not turn about others; so do all parts it belongs to."""
+    here = np.unique(parts)
+    places = np.tile(np.append(face.centre(mesh), [0.0] * (3 - mesh.dim)), (len(here), 1))
+    for direction in face.held:
+        yield here, direction, places
+    free = [axis if mesh.dim == 3 else np.array([0.0, 0.0, axis[0]]) for axis in face.axes(mesh.dim)]
+    stays = np.eye(3) - sum((np.outer(axis, axis) for axis in free), np.zeros((3, 3)))
+    for axis in stays if mesh.dim == 3 else stays[2:]:
+        if np.linalg.norm(axis) > FREE:
+            yield here, _Spin(axis), places
 
 
 def _spring_rows(mesh: Mesh, pieces: _Pieces, springs: frozenset[tuple[str, tuple[int, ...] | str]]) -> Iterator[Row]:
@@ -150,7 +175,9 @@ def _normals(mesh: Mesh, facets: Indices) -> Floats:
     return np.repeat(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), nodes.shape[1], axis=0)
 
 
-def _support_nodes(support: Support | PointSupport | Rotation, mesh: Mesh, pieces: _Pieces) -> tuple[Indices, Floats]:
+def _support_nodes(
+    support: Support | PointSupport | Rotation | RigidFace, mesh: Mesh, pieces: _Pieces
+) -> tuple[Indices, Floats]:
     if isinstance(support, PointSupport):
         return _nodes(mesh, pieces, 0, mesh.corner(support.at))
     return _nodes(mesh, pieces, mesh.dim - 1, mesh.boundary(support.on))
@@ -178,7 +205,10 @@ def _free_motion(scene: Scene, pieces: _Pieces, rows: list[Row]) -> str:
     low, high, cells = _extents(mesh, pieces)
     centres, sizes = (low + high) / 2, np.maximum((high - low).max(axis=1), np.finfo(float).tiny)
 
-    def motions(parts: Indices, direction: int | Floats, places: Floats) -> Floats:
+    def motions(parts: Indices, direction: int | Floats | _Spin, places: Floats) -> Floats:
+        if isinstance(direction, _Spin):
+            turns = direction.axis[2:] if mesh.dim == 2 else direction.axis
+            return np.tile(np.append(np.zeros(mesh.dim), turns), (len(places), 1))
         group = pieces.groups[parts]
         y = (places - centres[group]) / sizes[group, np.newaxis]
         if isinstance(direction, int):

@@ -18,6 +18,7 @@ from growthx.model import words
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import Moment, Rotation
 from growthx.model.actions.histories import History, jumps_of
+from growthx.model.actions.rigid import RigidFace
 from growthx.model.inertia import Inertia
 from growthx.model.loads import Load, LoadCase
 from growthx.model.open_loads import OpenLoad, Pressure
@@ -54,7 +55,7 @@ class Scene(Sealed, replaceable=()):
     mesh: Mesh
     material: Elasticity
     growth: MassSource
-    supports: tuple[Support | PointSupport | Rotation, ...]
+    supports: tuple[Support | PointSupport | Rotation | RigidFace, ...]
     loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
     program: Program
     initial_density: Field | None = None
@@ -141,7 +142,7 @@ class Scene(Sealed, replaceable=()):
         ):
             require_kind(value, kind, f"{what} {of}", wanted)
         parts: tuple[tuple[str, type | tuple[type, ...], str], ...] = (
-            ("supports", (Support, PointSupport, Rotation), "Support"),
+            ("supports", (Support, PointSupport, Rotation, RigidFace), "Support"),
             ("loads", (Load, NodalLoad, Moment, OpenLoad), "load"),
             ("prescribed_densities", PrescribedDensity, "PrescribedDensity"),
             ("influx", Influx, "Influx"),
@@ -160,7 +161,7 @@ class Scene(Sealed, replaceable=()):
                 )
 
     def _check_plane(self) -> None:
-        """Refuse plane stress of what has no plane, and of what presses upon the sides that become thinner."""
+        """Refuse plane stress of what has no plane, and of materials that do not tell what they do across it."""
         try:
             object.__setattr__(self, "plane", Plane(self.plane))
         except ValueError:
@@ -179,12 +180,6 @@ class Scene(Sealed, replaceable=()):
             from growthx.model import probes
 
             raise_on_all(self.mesh.comm, probes.trouble_across(self.material, self.mesh))
-        for load in self.open_loads:
-            if isinstance(load, Pressure):
-                raise InputError(
-                    f"the pressure on '{load.on}' acts on sides whose thickness changes in plane stress, which is "
-                    "known inside the cells alone: a Traction, or plane strain, would be right"
-                )
 
     def _check_entries(self, load: Load) -> None:
         problem, dim = "", self.mesh.dim

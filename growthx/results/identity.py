@@ -12,10 +12,12 @@ import ufl
 
 from growthx.common.arrays import is_uniform, parameters
 from growthx.common.memory import Memory
+from growthx.discretisation.constraints.rigid_faces import is_of_a_rigid_face
 from growthx.fem import compat
 from growthx.fem.assembly import average_cells
 from growthx.meshing.fields import as_ufl, law_as_ufl
 from growthx.model.actions.histories import Table, share_at
+from growthx.model.open_loads import OpenLoad
 from growthx.model.supports import Held
 from growthx.results.fingerprint import WRITER, WRITTEN, fingerprint
 
@@ -69,7 +71,9 @@ def identity(problem: Discretisation, stepping: Stepping, settings: NewtonSettin
         memory.unknowns[f"the nodal force of load {number} with a history"] = forces
         memory.numbers[f"{HISTORIES[0]} {number}"] = [float(history(time)) for time in _times(scene.program)]
     followed = [(HISTORIES[1], f"'{support.place}'", support.history) for support in scene.supports]
-    followed += [(HISTORIES[0], load.place, load.history) for load in scene.open_loads]
+    # Of the dead loads only moments of rigid faces are no nodal forces.
+    shares = [load for load in scene.all_loads if isinstance(load, OpenLoad) or is_of_a_rigid_face(load, scene)]
+    followed += [(HISTORIES[0], load.place, load.history) for load in shares]
     for number, (what, place, course) in enumerate(followed, start=1):
         if course is not None:
             memory.numbers[f"{what} {place}, {number}"] = [share_at(course, time) for time in _times(scene.program)]

@@ -47,15 +47,17 @@ class KeptFactor:
         largest_share: Callable[[Floats, Floats], float],
         round_off: RoundOff,
         renewal: Callable[[], Renewal],
+        settled: Callable[[Floats], Floats] = np.asarray,
     ) -> None:
         """untouched: norm of the residual above which a first iterate is never the solution.
 
         largest_share: of a step that may be taken from a position, both of owned unknowns; the same on all ranks.
         round_off: of the residual, at which it is the solution.
         renewal: what a new tangent and its factor cost and bring now.
+        settled: where an iterate is that a step has led to, of owned unknowns.
         """
         self._untouched, self._largest_share, self._round_off = untouched, largest_share, round_off
-        self._renewal, self._wear = renewal, _Wear()
+        self._renewal, self._settled, self._wear = renewal, settled, _Wear()
         self.bold = False  # whether steps are full ones of Newton's method, see `Newton.solve`
         self.shortest_step = 1.0  # share of a step that was taken in the last call
         self.round_off = 0.0  # norm of it, if that was what ended the last call
@@ -66,7 +68,7 @@ class KeptFactor:
     def solve(self, snes: Any, b: Any, x: Any) -> None:
         """Bring the residual at x below the solver's absolute tolerance; PETSc calls this."""
         self.round_off = 0.0
-        at = _Iteration(snes, x, self._largest_share)
+        at = _Iteration(snes, x, self._largest_share, self._settled)
         if self._wear.is_worn_out:
             self._factorised = False
         reason = self._iterate(at)
@@ -134,8 +136,14 @@ class _Wear:
 class _Iteration:
     """An iterate of a SNES, its residual and what can be done with them."""
 
-    def __init__(self, snes: Any, x: Any, largest_share: Callable[[Floats, Floats], float]) -> None:
-        self._snes, self._x, self._largest_share = snes, x, largest_share
+    def __init__(
+        self,
+        snes: Any,
+        x: Any,
+        largest_share: Callable[[Floats, Floats], float],
+        settled: Callable[[Floats], Floats] = np.asarray,
+    ) -> None:
+        self._snes, self._x, self._largest_share, self._settled = snes, x, largest_share, settled
         self._residual = snes.getFunction()[0]
         self._step, self._trial, self._trial_residual = x.duplicate(), x.duplicate(), x.duplicate()
         self.comm: MPI.Intracomm = steady(snes.comm.tompi4py())
@@ -189,7 +197,7 @@ class _Iteration:
             self._snes.computeFunction(self._trial, self._trial_residual)
             norm = self._trial_residual.norm()
             if norm < max((1 - DESCENT * share) * self.norm, growth * self.norms[0]):  # not so where it is no number
-                self._trial.copy(self._x)
+                self._x.array_w[:] = self._settled(self._trial.array_r)
                 self._trial_residual.copy(self._residual)
                 self.count += 1
                 self.shortest_step = min(self.shortest_step, share)

@@ -63,7 +63,11 @@ class Newton:
         else:
             untouched = settings.untouched * self._force_scale
             self._kept = KeptFactor(
-                untouched, problem.largest_share, self._round_off, lambda: self.linear_solver.renewal
+                untouched,
+                problem.largest_share,
+                self._round_off,
+                lambda: self.linear_solver.renewal,
+                problem.settled,
             )
             snes.setType("python")
             snes.setPythonContext(self._kept)
@@ -72,6 +76,8 @@ class Newton:
         self._set_tolerance(self._tolerance)
         if self._kept is None:
             snes.setConvergenceTest(self._has_ended)
+            if problem.motions() is not None:
+                snes.setUpdate(self._settle)
         snes.setConvergenceHistory(length=settings.maximum_iterations + 1, reset=True)
         # The default search of the type with limits stalls, and ends runs, where full steps converge at once.
         if limits is None or not self._search("basic"):
@@ -137,10 +143,10 @@ class Newton:
 
     def _unstable_directions(self) -> int:
         """Number of negative pivots of a symmetric tangent; looked for only where the last factorised one has some."""
-        if not (self.problem.symmetric and self._must_be_stable and self.linear_solver.negative_pivots):
+        if not (self.problem.symmetric and self._must_be_stable and self._tangent.negative_pivots):
             return 0
         self._snes.computeJacobian(self._solution, self._tangent.matrix)
-        return self.linear_solver.negative_pivots
+        return self._tangent.negative_pivots
 
     def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
         return NewtonReport(
@@ -208,6 +214,11 @@ class Newton:
             self.destroy()
         else:
             self.leave()
+
+    def _settle(self, snes: PETSc.SNES, step: int) -> None:
+        """Put what follows motions to where these have it: a step has gone along their tangents."""
+        x = snes.getSolution()
+        x.array_w[:] = self.problem.settled(x.array_r)
 
     def _take(self, x: PETSc.Vec) -> None:
         self.problem.start_from(x.array_r)

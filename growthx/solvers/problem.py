@@ -34,6 +34,19 @@ class Layout:
     symmetric_parts: bool
 
 
+@dataclass(frozen=True)
+class Motions:
+    """The few motions that some unknowns follow instead of moving each for itself, where an iterate is.
+
+    rows: these unknowns, of those this rank owns.  basis: the motions, orthonormal over all ranks, (rows, motions).
+    curvature: how their equations change, (motions, motions), as the motions turn under the forces there.
+    """
+
+    rows: Indices
+    basis: Floats
+    curvature: Floats
+
+
 class NonlinearProblem(Protocol):
     """A system R(x) = 0 with its tangent, on the ranks of a communicator."""
 
@@ -79,6 +92,16 @@ class NonlinearProblem(Protocol):
     @property
     def conditions(self) -> Sequence[dolfinx.fem.DirichletBC]:
         """What is held: these unknowns hold no equation."""
+
+    def motions(self) -> Motions | None:
+        """What some unknowns follow at the iterate whose balance was last looked at; None if there are none such.
+
+        Collective.  Rows of R of these unknowns hold basis · basisᵀ R; `conditions` do not hold them, `layout.held` has
+        them.
+        """
+
+    def settled(self, values: Floats) -> Floats:
+        """The iterate of owned unknowns, near to such values, in which they follow their motions (collective)."""
 
     def start_from(self, values: Floats) -> None:
         """Make the first entries of the running iterate these."""

@@ -9,6 +9,7 @@ from petsc4py import PETSc
 
 from growthx.fem import implicit
 from growthx.solvers import linear_solvers
+from growthx.solvers.bordered import Bordered
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +40,9 @@ class Tangent:
         self._snes, self._problem = snes, problem
         self._asked_for: PETSc.Mat | None = None
         options = PETSc.Options(snes.getOptionsPrefix()).getAll()  # they are for a matrix
-        self._cells: CellFactors | None = None if full or options else linear_solvers.cell_factors(problem)
+        self._border: Bordered | None = None
+        apart = full or options or problem.motions() is not None
+        self._cells: CellFactors | None = None if apart else linear_solvers.cell_factors(problem)
         if self._cells is None:
             self._use_matrix(full=full)
             return
@@ -50,9 +53,31 @@ class Tangent:
     def _use_matrix(self, *, full: bool = False, single: bool = True) -> None:
         self.matrix = petsc.create_matrix(self._problem.coupling)
         ksp = self._snes.getKSP()
+        if self._problem.motions() is not None:
+            self._border, ksp = self._use_border(ksp)
         self.solver = linear_solvers.set_up(
             ksp, self._problem, self.matrix, direct=full, single=single, snes=self._snes
         )
+        if self._border is not None:
+            ksp.setFromOptions()
+
+    def _use_border(self, ksp: PETSc.KSP) -> tuple[Bordered, PETSc.KSP]:
+        """Have a KSP solve by a border, and another one by what is to be chosen, and told by the user's options."""
+        inner = PETSc.KSP().create(self._problem.comm)
+        inner.setOptionsPrefix(self._snes.getOptionsPrefix())
+        border = Bordered(inner, self._problem, self._snes)
+        ksp.setOptionsPrefix(f"{self._snes.getOptionsPrefix()}border_")
+        ksp.setOperators(self.matrix)
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+        ksp.getPC().setPythonContext(border)
+        return border, inner
+
+    @property
+    def negative_pivots(self) -> int:
+        """Of the symmetric tangent as it was factorised last, as far as known (collective)."""
+        found = self.solver.negative_pivots
+        return found if self._border is None else found + self._border.negative_pivots(self._snes.getFunction()[0])
 
     def renew(self, function: Callable[..., None]) -> None:
         """Assemble it at the running iterate, and have its solver ready.
@@ -68,6 +93,8 @@ class Tangent:
             self._use_matrix(single=False)
             self._snes.setJacobian(function, self.matrix)
         assemble_tangent(self._problem, self.matrix)
+        if self._border is not None:
+            self._border.take(self.matrix)
         self.solver.refresh()
 
     def destroy(self) -> None:
@@ -80,14 +107,23 @@ def negative_pivots(problem: NonlinearProblem) -> int:
     matrix = petsc.create_matrix(problem.coupling)
     assemble_tangent(problem, matrix)
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    solver = PETSc.PC().create(problem.comm)
-    solver.setOperators(matrix)
+    ksp = PETSc.KSP().create(problem.comm)
+    ksp.setOperators(matrix)
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    border = None if problem.motions() is None else Bordered(ksp, problem)
+    if border is not None:
+        border.take(matrix)
+    solver = ksp.getPC()
     solver.setType("cholesky")
     solver.setFactorSolverType("mumps")
     solver.setFactorSetUpSolverType()
     solver.getFactorMatrix().setMumpsIcntl(24, 1)  # without looking for null pivots MUMPS does not count
     solver.setUp()
-    negative, _, _ = solver.getFactorMatrix().getInertia()
-    solver.destroy()
+    negative = int(solver.getFactorMatrix().getInertia()[0])
+    if border is not None:
+        like = matrix.createVecRight()
+        negative += border.negative_pivots(like)
+        like.destroy()
+    ksp.destroy()
     matrix.destroy()
-    return int(negative)
+    return negative

@@ -18,6 +18,7 @@ import numpy as np
 from mpi4py import MPI
 
 from growthx.common.errors import GrowthxError
+from growthx.discretisation.constraints.rigid_faces import is_of_a_rigid_face
 from growthx.fem.assembly import integral
 from growthx.meshing.sampling import volume_ratios
 from growthx.model.actions.concentrated import NodalLoad
@@ -87,6 +88,9 @@ class Witness:
         # Of the iterate that the forces belong to, which the state has not become yet.
         displaced = problem.system.unknowns.displacement_arrays()
         turning = problem.system.loads.moments(forces, self._middle, displaced)
+        rigid = problem.system.rigid
+        for face, moment in zip(rigid.faces, rigid.turning(problem.state), strict=True):
+            turning[face.case] += moment
         assert problem.system.borne is not None
         turned = problem.system.supports.moments(problem.system.borne, self._middle, displaced)
         worst, self._turning_share = 0.0, 1.0
@@ -174,7 +178,7 @@ def _check_loads(problem: Discretisation) -> None:
     for case, found, turned in zip(
         problem.spaces.cases, loads.resultants(full), loads.moments(full, middle), strict=True
     ):
-        dead = [load for load in case.loads if load in scene.dead_loads]
+        dead = [load for load in case.loads if load in scene.dead_loads and not is_of_a_rigid_face(load, scene)]
         degree = 2 * problem.displacement_space.element.basix_element.degree
         known = [force for load in dead if (force := _resultant(load, scene.mesh, degree)) is not None]
         if not known or len(known) < len(dead):

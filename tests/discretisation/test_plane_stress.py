@@ -378,8 +378,6 @@ def test_what_cannot_be_in_plane_stress_is_refused():
         gx.InputError, match=r"^the plane of the scene 'block' is 'axial': Plane.STRAIN or Plane.STRESS"
     ):
         block(plane="axial")
-    with pytest.raises(gx.InputError, match=r"^the pressure on 'right' acts on sides whose thickness changes"):
-        block(plane="stress", loads=(gx.Pressure("right", 0.1),))
     with pytest.raises(gx.InputError, match=r"^the scene 'block' is in plane stress, and its body in 3 dimensions"):
         block(cube(1), plane="stress")
     with pytest.raises(gx.InputError, match=r"^there is no field 'thickness_stretch' of the law \w+ in plane strain"):

@@ -59,6 +59,10 @@ def with_loads(scene: Scene, options: argparse.Namespace) -> Scene:
 
 def _following(part: Any, table: Table) -> Any:
     """A load or a support by the history; InputError for one that follows none, or one of its own."""
+    from growthx.model.actions.rigid import RigidFace
+
+    if isinstance(part, RigidFace):  # moved by what its loads and the body have it
+        return part
     if not any(each.name == "history" for each in fields(part)):
         raise InputError(
             f"the {type(part).__name__} {part.place} follows no history: a scene of dead loads and pressures would be "

@@ -33,6 +33,10 @@ class Deformation:
         H = displacement_gradient(u)
         return in_space(H, self._of(u).symbol) if self._thickens else H
 
+    def thickness(self, u: Any) -> Any:
+        """The stretch λ₃ of the thickness, one but in plane stress."""
+        return 1.0 + self._of(u).symbol if self._thickens else 1.0
+
     def derivative(self, form: ufl.Form, function: Any, direction: Any = None) -> ufl.Form:
         """The derivative of a form of these gradients by the function that the displacements are parts of."""
         if not self._thickens:

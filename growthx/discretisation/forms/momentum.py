@@ -11,10 +11,12 @@ import ufl
 from growthx.constitutive import quantities
 from growthx.constitutive.expressions import expression
 from growthx.constitutive.functions import sqrt
+from growthx.constitutive.kinematics import Plane
 from growthx.discretisation.forms import balances
 from growthx.discretisation.forms.deformation import Deformation
+from growthx.discretisation.forms.sides import sides
 from growthx.fem.lumping import at_nodes, node_shares
-from growthx.model.open_loads import OpenLoad, check_sides
+from growthx.model.open_loads import OpenLoad, Pressure, check_sides
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -86,10 +88,21 @@ class Momentum:
                 if isinstance(load, OpenLoad) and load.on is not None:
                     force = self._force(load, u, rho)
                     check_sides(force, mesh, load.on, f"the {load.what} {load.place}")
+                    if isinstance(load, Pressure) and self._scene.plane is Plane.STRESS:
+                        forms += self._pressing(load, u, _weighted(case, test), degree)
+                        continue
                     measure = mesh.boundary_measure(load.on, degree)
                     forms.append(
                         balances.external_work(-self._state.share_of(load) * force, _weighted(case, test), measure)
                     )
+        return forms
+
+    def _pressing(self, load: Pressure, u: Any, test: Any, degree: int) -> list[ufl.Form]:
+        """Minus the work of a pressure in plane stress, one form for each side of a cell: λ₃ is of points of cells."""
+        forms = []
+        for measure, area in sides(self._scene.mesh, load.on, degree):
+            force = load.force_on(u, area, self.deformation.thickness(u))
+            forms.append(balances.external_work(-self._state.share_of(load) * force, test, measure))
         return forms
 
     def _force(self, load: OpenLoad, u: Any, rho: Any) -> Any:

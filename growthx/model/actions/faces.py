@@ -68,6 +68,7 @@ class Moment(DeadLoad, replaceable=()):
 
     moment: about the middle at rest, met exactly on flat facets: a number in the plane, positive from x to y (force
         times length per thickness), (3,) in space.  In space about the normal it is torsion.
+    Of a `RigidFace` it is the moment of the face itself, at any rotation.
     history: its share as a function of time, or a `Table`, in place of the program's ramp.
 
     Example:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from growthx.common.arrays import Floats
+    from growthx.model.program import Program
 
 History = Callable[[float], float]
+LOOKED_AT = 1000  # times at which the peak of a load's history is looked for
 SAME_TIME = 1e-9  # of the larger of two times: nearer ones are one
 
 
@@ -170,3 +173,11 @@ def jumps_of(histories: Iterable[History | None], until: float) -> tuple[float, 
     """Times after the start and before an end at which any of some histories jumps, each once."""
     found = {time for history in histories if isinstance(history, Table) for time in history.jumps}
     return tuple(sorted(time for time in found if 0 < time < until))
+
+
+def peak_of(history: History | None, timetable: Program) -> float:
+    """The largest size of a history's shares, looked for at a thousand times of a program; of its ramp, one."""
+    if history is None:
+        return 1.0
+    times = timetable.times()
+    return max(abs(share_at(history, float(time))) for time in times[:: math.ceil(len(times) / LOOKED_AT)])
