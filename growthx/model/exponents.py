@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from growthx.common.arrays import is_law, is_uniform
 from growthx.common.checks import require_kind
+from growthx.common.errors import InputError
 from growthx.constitutive.energies import Elasticity
 from growthx.constitutive.growth import GrowthLaw
 from growthx.constitutive.weights import DensityWeight
@@ -93,7 +94,7 @@ def _ends(law: Any, mesh: Mesh, names: tuple[str, ...], cells: Indices) -> list[
     if inner:
         name, part = inner[0], getattr(law, inner[0])
         rest = _ends(law, mesh, tuple(other for other in names if other != name), cells)
-        of_part = [replace(part, **ends) for ends in _ends(part, mesh, part.coefficients, cells)]
+        of_part = [made for ends in _ends(part, mesh, part.coefficients, cells) if (made := _made(part, ends))]
         return [{**ends, name: each} for ends in rest for each in of_part]
     varying = [name for name in names if not is_uniform(getattr(law, name))]
     fields = [as_ufl(getattr(law, name), mesh) for name in varying]  # collective, each of them
@@ -102,6 +103,14 @@ def _ends(law: Any, mesh: Mesh, names: tuple[str, ...], cells: Indices) -> list[
         return []
     ends = [sorted({float(each.min()), float(each.max())}) for each in values]
     return [dict(zip(varying, some, strict=True)) for some in product(*ends)]
+
+
+def _made(law: Any, ends: dict[str, Any]) -> Any:
+    """A law of some ends; None where these are nowhere together, as a lowest density above a highest one."""
+    try:
+        return replace(law, **ends)
+    except InputError:
+        return None
 
 
 def highest_power(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:

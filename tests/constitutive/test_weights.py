@@ -268,6 +268,28 @@ def test_exponents_of_regions(variant):
         assert half[:, 2] == pytest.approx(np.full(len(half), densities(other)[0, 2]), rel=1e-8)
 
 
+@each_variant
+def test_densities_between_exponents_of_regions(variant):
+    """Two halves, each with its own range, given by region, by function and as numbers: as each would grow alone."""
+    first, last = {"bone": 0.9, "implant": 1.1}, {"bone": 1.1, "implant": 1.5}
+    by_place = tuple(lambda x, f=field: np.where(x[0] < 0.5, f["bone"], f["implant"]) for field in (first, last))
+    law = gx.EnergyDrivenGrowth(ATTRACTOR, 0.5 / ATTRACTOR, exponent=3.5)
+    found = []
+    for between in ((first, last), by_place):
+        material = gx.LinearElasticity(YOUNG, 0.0, REFERENCE, gx.PiecewisePower(2.0, 3.0, between))
+        mesh = square(2, shape=variant.cells[0])
+        found.append(densities(run(bar(material, mesh=mesh, growth=law), variant, tolerance=1e-12)[1]))
+    assert found[1] == pytest.approx(found[0], rel=1e-12)
+    if not variant.density.local:
+        return  # at the seam a node has two of them
+    for name, half in (("bone", found[0][found[0][:, 0] < 0.5]), ("implant", found[0][found[0][:, 0] > 0.5])):
+        weight = gx.PiecewisePower(2.0, 3.0, (first[name], last[name]))
+        alone = bar(replace(material, density_exponent=weight), mesh=square(2, shape=variant.cells[0]), growth=law)
+        _, other = run(alone, variant, tolerance=1e-12)
+        assert half[:, 2] == pytest.approx(np.full(len(half), densities(other)[0, 2]), rel=1e-8)
+    assert np.ptp(found[0][:, 2]) > 1e-3
+
+
 def test_fields_and_numbers_give_the_same():
     """Parameters as functions of position, DOLFINx functions' worth of a number, in one own weight."""
     ends = [
@@ -421,6 +443,21 @@ class _Square(gx.GrowthLaw):
         (lambda: gx.PiecewisePower(between=(1.2, 1.0)), r"the densities between two exponents are \(1.2, 1.0\): two "),
         (lambda: gx.PiecewisePower(between=(1.0, 1.0)), r"the densities between two exponents are \(1.0, 1.0\): two "),
         (lambda: gx.PiecewisePower(between=1.0), "the densities between two exponents is 1.0: "),
+        (lambda: gx.PiecewisePower(between=(1.0,)), r"the densities between two exponents are \(1.0,\): two above 0"),
+        (
+            lambda: gx.PiecewisePower(between=(-1.0, 1.0)),
+            "the lower one of the densities between two exponents is -1: ",
+        ),
+        (
+            lambda: gx.PiecewisePower(between=({"bone": 1.0, "implant": 1.3}, {"bone": 1.2, "implant": 1.2})),
+            r"the densities between two exponents are \(1.3, 1.2\): two ",
+        ),
+        (
+            lambda: gx.discretise(
+                bar(replace(BONE, density_exponent=gx.PiecewisePower(between=(lambda x: 1.0 + x[0], 1.5)))), gx.Q1P0
+            ),
+            "the densities between two exponents are ",
+        ),
         (
             lambda: gx.Material(1.0, density_exponent={"bone": PIECES}),
             "the density exponent n is {'bone': Piece.*one D",

@@ -1,11 +1,10 @@
-"""The sides of plane cells on a boundary as parts of these cells: where values at points of cells are asked for there."""
+"""Sides of plane cells on a boundary as parts of the cells: for values that are known at points of cells alone."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import basix
-import dolfinx
 import numpy as np
 import ufl
 
