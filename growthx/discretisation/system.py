@@ -18,13 +18,14 @@ from growthx.discretisation.state import WHOLE, Way
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
 from growthx.model.exponents import is_well_posed
-from growthx.solvers.problem import Layout, Motions
+from growthx.solvers.problem import Layout
 
 if TYPE_CHECKING:
     import ufl
 
     from growthx.common.arrays import Floats, Marks
     from growthx.common.memory import Memory
+    from growthx.discretisation.constraints.rigid_faces import RigidFaces
     from growthx.discretisation.densities.lumped_nodes import LumpedNodes
     from growthx.discretisation.densities.past import Past
     from growthx.discretisation.forms.momentum import Momentum
@@ -214,20 +215,10 @@ class System:
         """Make the first entries of the running iterate these, as many as there are."""
         self.unknown.x.array[: len(values)] = values
 
-    def motions(self) -> Motions | None:
-        """Those of the rigid faces: `RigidFaces.motions`."""
-        return self.rigid.motions()
-
-    def settled(self, values: Floats) -> Floats:
-        """Owned unknowns, near to these values, in which the rigid faces are."""
-        if not self.rigid.faces:
-            return values
-        kept = self.unknown.x.array.copy()
-        self.start_from(values)
-        self.rigid.settle(self.unknown.x.array)
-        found = self.unknown.x.array[: self.owned].copy()
-        self.unknown.x.array[:] = kept
-        return found
+    @property
+    def following(self) -> RigidFaces | None:
+        """The rigid faces, if there are any."""
+        return self.rigid if self.rigid.faces else None
 
     def out_of_balance(self) -> Floats:
         """Internal minus external forces of the running iterate, shape (owned unknowns,); NaN if it is not admissible.

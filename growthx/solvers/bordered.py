@@ -41,8 +41,8 @@ class Bordered:
 
     def take(self, matrix: PETSc.Mat) -> None:
         """Take the motions out of a tangent as it was assembled at the running iterate (collective)."""
-        motions = self._problem.motions()
-        assert motions is not None
+        assert self._problem.following is not None
+        motions = self._problem.following.motions()
         motion, product = matrix.createVecs()
         size, count = self._problem.owned, motions.basis.shape[1]
         right, left = np.empty((size, count)), np.empty((size, count))

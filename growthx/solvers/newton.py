@@ -67,7 +67,7 @@ class Newton:
                 problem.largest_share,
                 self._round_off,
                 lambda: self.linear_solver.renewal,
-                problem.settled,
+                np.asarray if problem.following is None else problem.following.settled,
             )
             snes.setType("python")
             snes.setPythonContext(self._kept)
@@ -76,7 +76,7 @@ class Newton:
         self._set_tolerance(self._tolerance)
         if self._kept is None:
             snes.setConvergenceTest(self._has_ended)
-            if problem.motions() is not None:
+            if problem.following is not None:
                 snes.setUpdate(self._settle)
         snes.setConvergenceHistory(length=settings.maximum_iterations + 1, reset=True)
         # The default search of the type with limits stalls, and ends runs, where full steps converge at once.
@@ -218,7 +218,8 @@ class Newton:
     def _settle(self, snes: PETSc.SNES, step: int) -> None:
         """Put what follows motions to where these have it: a step has gone along their tangents."""
         x = snes.getSolution()
-        x.array_w[:] = self.problem.settled(x.array_r)
+        assert self.problem.following is not None
+        x.array_w[:] = self.problem.following.settled(x.array_r)
 
     def _take(self, x: PETSc.Vec) -> None:
         self.problem.start_from(x.array_r)

@@ -47,6 +47,16 @@ class Motions:
     curvature: Floats
 
 
+class Following(Protocol):
+    """Unknowns that follow few motions instead of moving each for itself."""
+
+    def motions(self) -> Motions:
+        """Those at the iterate whose balance was last looked at (collective)."""
+
+    def settled(self, values: Floats) -> Floats:
+        """The iterate of owned unknowns, near to such values, in which they follow their motions (collective)."""
+
+
 class NonlinearProblem(Protocol):
     """A system R(x) = 0 with its tangent, on the ranks of a communicator."""
 
@@ -93,15 +103,12 @@ class NonlinearProblem(Protocol):
     def conditions(self) -> Sequence[dolfinx.fem.DirichletBC]:
         """What is held: these unknowns hold no equation."""
 
-    def motions(self) -> Motions | None:
-        """What some unknowns follow at the iterate whose balance was last looked at; None if there are none such.
+    @property
+    def following(self) -> Following | None:
+        """Unknowns that follow few motions; None if there are none.
 
-        Collective.  Rows of R of these unknowns hold basis · basisᵀ R; `conditions` do not hold them, `layout.held` has
-        them.
+        `conditions` do not hold them, `layout.held` has them, and their rows of R hold basis · basisᵀ R.
         """
-
-    def settled(self, values: Floats) -> Floats:
-        """The iterate of owned unknowns, near to such values, in which they follow their motions (collective)."""
 
     def start_from(self, values: Floats) -> None:
         """Make the first entries of the running iterate these."""

@@ -41,7 +41,7 @@ class Tangent:
         self._asked_for: PETSc.Mat | None = None
         options = PETSc.Options(snes.getOptionsPrefix()).getAll()  # they are for a matrix
         self._border: Bordered | None = None
-        apart = full or options or problem.motions() is not None
+        apart = full or options or problem.following is not None
         self._cells: CellFactors | None = None if apart else linear_solvers.cell_factors(problem)
         if self._cells is None:
             self._use_matrix(full=full)
@@ -53,7 +53,7 @@ class Tangent:
     def _use_matrix(self, *, full: bool = False, single: bool = True) -> None:
         self.matrix = petsc.create_matrix(self._problem.coupling)
         ksp = self._snes.getKSP()
-        if self._problem.motions() is not None:
+        if self._problem.following is not None:
             self._border, ksp = self._use_border(ksp)
         self.solver = linear_solvers.set_up(
             ksp, self._problem, self.matrix, direct=full, single=single, snes=self._snes
@@ -110,7 +110,7 @@ def negative_pivots(problem: NonlinearProblem) -> int:
     ksp = PETSc.KSP().create(problem.comm)
     ksp.setOperators(matrix)
     ksp.setType(PETSc.KSP.Type.PREONLY)
-    border = None if problem.motions() is None else Bordered(ksp, problem)
+    border = None if problem.following is None else Bordered(ksp, problem)
     if border is not None:
         border.take(matrix)
     solver = ksp.getPC()

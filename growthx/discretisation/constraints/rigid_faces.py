@@ -109,10 +109,17 @@ class RigidFaces:
             felt = self._spaces.comm.allreduce(Q.T @ forces[rows]) - wanted
             forces[rows] = Q @ felt
 
-    def motions(self) -> Motions | None:
-        """What a solver needs of them where they are; None if there are none (collective)."""
-        if not self.faces:
-            return None
+    # -- as `solvers.problem.Following` --------------------------------------------------------------------------------
+
+    def settled(self, values: Floats) -> Floats:
+        """Owned unknowns, near to these values, in which the faces are rigid (collective)."""
+        whole = self._unknowns.function.x.array.copy()
+        whole[: len(values)] = values
+        self.settle(whole)
+        return np.asarray(whole[: len(values)])
+
+    def motions(self) -> Motions:
+        """What a solver needs of them where they are (collective)."""
         rows = np.concatenate([face.dofs[face.own].ravel() for face in self.faces])
         Q, curvature = np.zeros((len(rows), self._columns)), np.zeros((self._columns, self._columns))
         row = column = 0

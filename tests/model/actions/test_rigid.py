@@ -205,7 +205,7 @@ def test_negative_directions_are_those_of_all_that_is_free(push):
     system.begin_step(1.0, 1.0)
     system.unknown.interpolate(lambda x: np.stack([-push * x[0], 0.0 * x[1]]))
     system.out_of_balance()
-    motions, size = system.motions(), COMM.allreduce(system.owned)
+    motions, size = system.following.motions(), COMM.allreduce(system.owned)
     first = COMM.exscan(system.owned) or 0
     held = gathered(system.layout.held + first)
     free = np.delete(np.eye(size), held, axis=0)
