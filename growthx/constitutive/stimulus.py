@@ -44,6 +44,14 @@ class StimulusDriven(MassSource, ABC, replaceable=()):
 
     def powers(self, material: Elasticity) -> tuple[float, float]:
         """The a and b of k = a n + b, for any weight; InputError for a power k that depends on n in another way."""
+        known = self.__dict__.get("_powers")
+        if known is None or known[0] is not material:  # else asked for at each evaluation, of few points a third of it
+            known = material, self._looked_for(material)
+            object.__setattr__(self, "_powers", known)
+        found: tuple[float, float] = known[1]
+        return found
+
+    def _looked_for(self, material: Elasticity) -> tuple[float, float]:
         at = [float(self.power(replace(material, density_exponent=n))) for n in (0.0, 1.0, 2.0)]
         of_weight = at[1] - at[0]
         if not abs(at[2] - at[1] - of_weight) <= EXACT:

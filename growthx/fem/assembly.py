@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
@@ -11,7 +10,7 @@ import numpy as np
 import ufl
 
 from growthx.fem import implicit, kernels
-from growthx.fem.condensation import condensed_tangent
+from growthx.fem.condensation import Elimination, condensed_tangent
 from growthx.fem.point_values import check_expression, check_form
 from growthx.fem.sums import sweeps
 
@@ -59,19 +58,10 @@ class Compiler:
         check_expression(value, X)
         return _with_values(self(kernels.expression, value, X), values)
 
-    def condensed_tangent(
-        self,
-        tangents: list[ufl.Form],
-        space: dolfinx.fem.FunctionSpace,
-        densities: int,
-        cells: Indices,
-        *,
-        often: bool = False,
-    ) -> dolfinx.fem.Form:
+    def condensed_tangent(self, tangents: list[ufl.Form], elimination: Elimination) -> dolfinx.fem.Form:
         """See `condensation.condensed_tangent`."""
         found = [implicit.at_points(form, self.implicits, self.expression) for form in tangents]
-        compile = partial(condensed_tangent, often=often)
-        compiled = self(compile, [form for form, _ in found], space, densities, cells)
+        compiled = self(condensed_tangent, [form for form, _ in found], elimination)
         return _with_values(compiled, [each for _, values in found for each in values])
 
 

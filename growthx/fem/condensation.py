@@ -11,6 +11,7 @@ own.  Where the two balances are integrated at different points, each has a comp
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING
 
@@ -69,23 +70,29 @@ uintptr_t bind(int t, uintptr_t address)
 """
 
 
-def condensed_tangent(
-    tangents: Sequence[ufl.Form],
-    space: dolfinx.fem.FunctionSpace,
-    densities: int,
-    cells: Indices,
-    *,
-    often: bool = False,
-) -> dolfinx.fem.Form:
+@dataclass(frozen=True)
+class Elimination:
+    """Where densities are eliminated, and beside what.
+
+    space: displacement space.  densities: number of densities in a cell, perhaps none.  cells: where.
+    often: whether several cells at once are worth their compilation, for `CellSums`.
+    """
+
+    space: dolfinx.fem.FunctionSpace
+    densities: int
+    cells: Indices
+    often: bool = False
+
+
+def condensed_tangent(tangents: Sequence[ufl.Form], elimination: Elimination) -> dolfinx.fem.Form:
     """The tangent of both balances as a form of the displacement alone.
 
     tangents: forms whose sum is the derivative of both balances, each with one quadrature rule, their arguments (u, ρ)
-    from a mixed element with the displacement first.  space: displacement space.  densities: number of densities in a
-    cell, perhaps none.  cells: where the density is eliminated.
-    often: whether several cells at once are worth their compilation, for `CellSums`.
+    from a mixed element with the displacement first.
     kernel, kernel_cells, sweep: of the form that is returned, the address of its kernel, `cells`, and what takes
     several of them at once, None if nothing does.
     """
+    space, densities, cells = elimination.space, elimination.densities, elimination.cells
     comm = steady(space.mesh.comm)
     compiled = [kernels.generated(comm, tangent) for tangent in tangents]
     coefficients = [used(tangent, ufcx_form) for tangent, (ufcx_form, _) in zip(tangents, compiled, strict=True)]
@@ -110,7 +117,7 @@ def condensed_tangent(
     form = compat.cell_form([space, space], kernel, cells, [*chain(*coefficients)], [*chain(*constants)])
     form.kernel, form.kernel_cells = kernel, cells  # type: ignore[attr-defined]
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
-    form.sweep = of_matrices(tangents, form, space, densities, coefficients) if often else None  # type: ignore[attr-defined]
+    form.sweep = of_matrices(tangents, form, space, densities, coefficients) if elimination.often else None  # type: ignore[attr-defined]
     return form
 
 

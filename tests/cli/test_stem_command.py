@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import growthx as gx
@@ -105,3 +106,16 @@ def test_bad_input_of_a_stem(options, sentence, in_process):
     assert (status, out) == (2, "")
     assert sentence in err
     assert err.startswith("growthx: ") and err.count("\n") == 1
+
+
+def test_a_force_off_the_bone_with_the_stem_is_refused_at_once(in_process, monkeypatch):
+    """A place that the operation takes away: nobody waits for the intact femur to grow before they hear of it."""
+    intact, left = (
+        mesh.domain.geometry.x[:, :2] for mesh in (gx.scenes.femur(size=7.0).mesh, gx.scenes.stem_mesh(size=7.0))
+    )
+    away = np.linalg.norm(intact[:, np.newaxis] - left, axis=2).min(axis=1)
+    x, y = intact[np.argmax(away)]
+    assert away.max() > 10.0
+    monkeypatch.setattr("growthx.run.solve", lambda *_, **__: pytest.fail("something was solved"))
+    status, out, err = in_process("stem", *COARSE, "--point-force", x, y, 0.0, -1.0)
+    assert status != 0 and out == "" and "away from the body" in err

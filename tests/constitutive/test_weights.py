@@ -290,6 +290,18 @@ def test_densities_between_exponents_of_regions(variant):
     assert np.ptp(found[0][:, 2]) > 1e-3
 
 
+def test_powers_of_a_stimulus_are_those_of_its_material(monkeypatch):
+    """Looked for once as long as that stays the same one, of which evaluations ask again and again."""
+    asked, power = [], gx.EnergyDrivenGrowth.power
+    monkeypatch.setattr(gx.EnergyDrivenGrowth, "power", lambda law, material: asked.append(1) or power(law, material))
+    law = gx.EnergyDrivenGrowth(ATTRACTOR, 1.0, exponent=3.5)
+    found = [law.stimulus(0.9, 1.0, BONE) for _ in range(5)]
+    assert len(asked) == 3 and len(set(found)) == 1
+    steeper = replace(BONE, density_exponent=gx.PiecewisePower(1.0, 1.5))
+    assert law.stimulus(0.9, 1.0, steeper) != found[0]
+    assert law.stimulus(0.9, 1.0, BONE) == found[0]
+
+
 def test_fields_and_numbers_give_the_same():
     """Parameters as functions of position, DOLFINx functions' worth of a number, in one own weight."""
     ends = [

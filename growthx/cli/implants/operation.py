@@ -110,7 +110,8 @@ class Operation(ABC):
             check_picture(options.difference, IMAGES, mesh.comm)
         femur = adapted(self.femur(options, mesh), options)
         # What the scene with the stem would refuse is refused before the intact femur has grown.
-        self.with_stem(options, mesh, self.outside, femur, 1.0 if self._young is None else self._young)
+        young = 1.0 if self._young is None else self._young
+        adapted(self.with_stem(options, mesh, self.outside, femur, young), options)
         variant = default(femur.mesh.cell_name) if options.variant is None else named(options.variant)
         stepping = stepping_of(options)
         if stepping.equilibrium is None:

@@ -20,6 +20,7 @@ from growthx.discretisation.forms import balances
 from growthx.discretisation.forms.momentum import total
 from growthx.discretisation.unknowns import Unknowns
 from growthx.discretisation.variants import AtPoints, right_ones
+from growthx.fem.condensation import Elimination
 
 if TYPE_CHECKING:
     import dolfinx
@@ -101,7 +102,7 @@ class EliminatedDensities:
         densities = spaces.density_space.dofmap.dof_layout.num_dofs
         target = self.unknowns.space if only is None else spaces.displacement_space
         return spaces.compile.condensed_tangent(
-            tangents, target, densities, spaces.growing_cells, often=only is not None
+            tangents, Elimination(target, densities, spaces.growing_cells, often=only is not None)
         )
 
     def _resting_tangent(self, case: int) -> list[dolfinx.fem.Form]:
@@ -116,7 +117,8 @@ class EliminatedDensities:
         form = self._momentum.inside(us, state.resting_density, tests, volume, rests=True)
         direction = self._direction({case: ufl.TrialFunction(alone)})
         tangent = self._momentum.deformation.derivative(form, self.unknowns.function, direction)
-        return [spaces.compile.condensed_tangent([tangent], space, 0, spaces.resting_cells, often=True)]
+        elimination = Elimination(space, 0, spaces.resting_cells, often=True)
+        return [spaces.compile.condensed_tangent([tangent], elimination)]
 
     def _direction(self, trials: dict[int, Any]) -> Any:
         """Of all displacements in UFL, zero but for those of some load cases."""
