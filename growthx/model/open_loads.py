@@ -157,10 +157,10 @@ class Pressure(OpenLoad, replaceable=()):
         """−p J F⁻ᵀ N, force per reference area."""
         return self.force_on(u, ufl.FacetNormal(mesh.domain))
 
-    def force_on(self, u: Any, area: Any, thickness: Any = 1.0) -> Any:
-        """−p J F⁻ᵀ N of a vector for N, in the plane at a stretch of the thickness."""
+    def force_on(self, u: Any, area: Any, thickness_stretch: Any = 1.0) -> Any:
+        """−p J F⁻ᵀ N of a vector for N, in the plane at a stretch λ₃ of the thickness."""
         F = deformation_gradient(u)
-        return -self.value * thickness * ufl.det(F) * ufl.inv(F).T * area
+        return -self.value * thickness_stretch * ufl.det(F) * ufl.inv(F).T * area
 
 
 @dataclass(frozen=True)
