@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ import ufl
 from growthx.fem import implicit, kernels
 from growthx.fem.condensation import condensed_tangent
 from growthx.fem.point_values import check_expression, check_form
-from growthx.fem.sums import sweeps
+from growthx.fem.sums import node_blocks, sweeps
 
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices
@@ -45,6 +46,12 @@ class Compiler:
         """A compiled linear form that is assembled often: `assemble` takes several of its cells at once, if it can."""
         form, compiled = self._form(form)
         compiled.sweep = self(sweeps.of_vectors, form, compiled)  # type: ignore[attr-defined]
+        return compiled
+
+    def tangent(self, form: ufl.Form) -> dolfinx.fem.Form:
+        """A compiled bilinear form of all unknowns.  by_nodes: of it, what adds it up for `NodeBlocks`, if anything."""
+        form, compiled = self._form(form)
+        compiled.by_nodes = functools.cache(partial(self, node_blocks.of_blocks, form, compiled))  # type: ignore[attr-defined]
         return compiled
 
     def _form(self, form: ufl.Form) -> tuple[ufl.Form, dolfinx.fem.Form]:

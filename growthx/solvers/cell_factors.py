@@ -73,7 +73,8 @@ class CellFactors:
     def _analyse(self) -> None:
         for part, held in enumerate(self._held()):
             if part in self._values:
-                self._factors[part] = Factor.of_blocks(self._library, self._exchange.pairs, held)
+                dim = self._problem.layout.dim
+                self._factors[part] = Factor.of_blocks(self._library, self._exchange.pairs, held, dim)
 
     def _held(self) -> list[Marks]:
         """Of each displacement, which of its unknowns hold no equation, on all ranks."""

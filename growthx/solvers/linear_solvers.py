@@ -31,8 +31,10 @@ from petsc4py import PETSc
 
 from growthx.common.communicators import steady
 from growthx.fem.sums.cell_sums import can_be_added
+from growthx.fem.sums.node_blocks import are_of_nodes
 from growthx.solvers import single_factor
 from growthx.solvers.cell_factors import CellFactors
+from growthx.solvers.node_factors import NodeFactors
 from growthx.solvers.single_factor import SingleFactor
 
 if TYPE_CHECKING:
@@ -196,7 +198,7 @@ class LinearSolver:
         if any(part.getPC().getType() not in (*_FACTORS, PETSc.PC.Type.PYTHON, PETSc.PC.Type.JACOBI) for part in parts):
             return Renewal(RENEWAL_OF_MULTIGRID)
         contexts = [context for part in parts if (context := _single(part)) is not None]
-        apart = any(isinstance(context, CellFactors) and context.leaves_out_coupling for context in contexts)
+        apart = any(getattr(context, "leaves_out_coupling", False) for context in contexts)
         cost = max([RENEWAL[self._dim], *(context.work / WORK for context in contexts)])
         return Renewal(cost, PACE_OF_CASES if apart else math.inf)
 
@@ -259,11 +261,11 @@ def _parts(ksp: PETSc.KSP) -> list[PETSc.KSP]:
     return [ksp]
 
 
-def _single(ksp: PETSc.KSP) -> SingleFactor | CellFactors | None:
+def _single(ksp: PETSc.KSP) -> SingleFactor | CellFactors | NodeFactors | None:
     """What factorises for a KSP in single precision, if anything does."""
     pc = ksp.getPC()
     context = pc.getPythonContext() if pc.getType() == PETSc.PC.Type.PYTHON else None
-    return context if isinstance(context, SingleFactor | CellFactors) else None
+    return context if isinstance(context, SingleFactor | CellFactors | NodeFactors) else None
 
 
 def _factorised_by_cholmod(ksp: PETSc.KSP) -> list[PETSc.KSP]:
@@ -307,7 +309,22 @@ def cell_factors(problem: NonlinearProblem) -> CellFactors | None:
     return CellFactors(library, problem) if library and problem.own_tangents else None
 
 
-def use_cells(ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, cells: CellFactors) -> LinearSolver:
+def node_factors(problem: NonlinearProblem) -> NodeFactors | None:
+    """A block step whose factors are made right from the cells, if it fits the problem (collective)."""
+    layout, whole, cases = problem.layout, problem.unknown.function_space, len(problem.layout.parts)
+    if layout.condensed or not layout.symmetric_parts or problem.limits() is not None or steady(problem.comm).size > 1:
+        return None
+    if not are_of_nodes(layout.space, whole, cases) or layout.dofs <= LARGEST_MONOLITHIC[layout.dim, layout.degree]:
+        return None
+    library = _single_precision(steady(problem.comm), whole.dofmap.index_map.size_global // (cases + 1), layout, cases)
+    if library is None or not all(hasattr(form, "by_nodes") and form.by_nodes() for form in problem.tangents):
+        return None
+    return NodeFactors(library, problem)
+
+
+def use_cells(
+    ksp: PETSc.KSP, problem: NonlinearProblem, matrix: PETSc.Mat, cells: CellFactors | NodeFactors
+) -> LinearSolver:
     """Solve by factors made right from the cells.  matrix: of the right size, is not looked at."""
     ksp.setOperators(matrix)
     ksp.setType(PETSc.KSP.Type.PREONLY)

@@ -32,7 +32,7 @@ ENOUGH, MOST_ITERATIONS = 1e-6, 50  # of the conjugate gradients that stand in f
 
 DECLARATIONS = """
 uintptr_t make(int n, uintptr_t starts, uintptr_t columns, int dim);
-uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts, uintptr_t columns, uintptr_t held);
+uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts, uintptr_t columns, uintptr_t held, int dim);
 int factorise(uintptr_t factor, uintptr_t values);
 int solve(uintptr_t factor, uintptr_t b, uintptr_t x);
 void multiply(uintptr_t factor, uintptr_t values, uintptr_t x, uintptr_t y);
@@ -122,11 +122,11 @@ static uintptr_t make(int n, uintptr_t starts_, uintptr_t columns_, int dim)
 }
 
 /* starts, columns: of the rows of blocks in the lower half, rising.  held: whether a row is one of the unit matrix. */
-static uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts_, uintptr_t columns_, uintptr_t held_)
+static uintptr_t make_of_blocks(int nodes, int block, uintptr_t starts_, uintptr_t columns_, uintptr_t held_, int dim)
 {
     const int *starts = (const int *)starts_, *columns = (const int *)columns_;
     const char *held = (const char *)held_;
-    single *s = begin(nodes * block, starts[nodes] * block * block, block);
+    single *s = begin(nodes * block, starts[nodes] * block * block, dim);
     if (!s) return 0;
     int count = 0;
     for (int node = 0; node < nodes; ++node)
@@ -312,16 +312,16 @@ class Factor:
         return cls(library, library.make(len(starts) - 1, starts.ctypes.data, columns.ctypes.data, dim))
 
     @classmethod
-    def of_blocks(cls, library: Any, pairs: Indices, held: Marks) -> Factor:
+    def of_blocks(cls, library: Any, pairs: Indices, held: Marks, dim: int) -> Factor:
         """Of blocks of pairs of nodes, the higher one first, rising.
 
-        held: rows of a unit matrix, whatever the blocks say, shape (nodes · block,).
+        held: rows of a unit matrix, whatever the blocks say, shape (nodes · block,).  dim: of the body.
         """
         nodes = int(pairs[-1, 0]) + 1  # each has a block of its own, the last in its row
         starts = np.searchsorted(pairs[:, 0], np.arange(nodes + 1)).astype(np.int32)
         columns, marks = np.ascontiguousarray(pairs[:, 1], dtype=np.int32), np.ascontiguousarray(held, dtype=np.int8)
         places = (each.ctypes.data for each in (starts, columns, marks))
-        return cls(library, library.make_of_blocks(nodes, len(held) // nodes, *places))
+        return cls(library, library.make_of_blocks(nodes, len(held) // nodes, *places, dim))
 
     def factorise(self, values: Floats) -> bool:
         """Whether a matrix, by its entries or blocks, has one."""
@@ -331,7 +331,7 @@ class Factor:
 
     def solve(self, b: Floats, times: Callable[[Floats], Floats]) -> Floats:
         """X ≈ A⁻¹ b; times: product of the matrix with a vector, to look at the first solution with."""
-        found = self._solve(b)
+        found = self.approximate(b)
         if self._fresh:
             self._fresh = False
             found = self._looked_at(times, b, found)
@@ -343,7 +343,8 @@ class Factor:
         self._library.multiply(self._address, values.ctypes.data, x.ctypes.data, y.ctypes.data)
         return y
 
-    def _solve(self, b: Floats) -> Floats:
+    def approximate(self, b: Floats) -> Floats:
+        """X ≈ A⁻¹ b, not looked at."""
         b, x = np.ascontiguousarray(b), np.full(len(b), np.nan)
         if self._address:
             self._library.solve(self._address, b.ctypes.data, x.ctypes.data)
@@ -356,7 +357,7 @@ class Factor:
         direction: Floats = np.zeros(len(rest))
         slope = 1.0
         for _ in range(MOST_ITERATIONS if self.is_poor else 0):
-            improved = self._solve(rest)
+            improved = self.approximate(rest)
             former, slope = slope, float(rest @ improved)
             direction = improved + (slope / former) * direction
             product = times(direction)

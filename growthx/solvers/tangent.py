@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from growthx.solvers.cell_factors import CellFactors
     from growthx.solvers.linear_solvers import LinearSolver
+    from growthx.solvers.node_factors import NodeFactors
     from growthx.solvers.problem import NonlinearProblem
 
 
@@ -39,7 +40,9 @@ class Tangent:
         self._snes, self._problem = snes, problem
         self._asked_for: PETSc.Mat | None = None
         options = PETSc.Options(snes.getOptionsPrefix()).getAll()  # they are for a matrix
-        self._cells: CellFactors | None = None if full or options else linear_solvers.cell_factors(problem)
+        self._cells: CellFactors | NodeFactors | None = None
+        if not (full or options):
+            self._cells = linear_solvers.cell_factors(problem) or linear_solvers.node_factors(problem)
         if self._cells is None:
             self._use_matrix(full=full)
             return

@@ -59,7 +59,7 @@ class NodalDensities:
         forms = self._forms()
         self._residuals = [spaces.compile.residual(form) for form in forms]
         derivative = momentum.deformation.derivative
-        self._tangents = [spaces.compile.form(derivative(form, unknowns.function)) for form in forms]
+        self._tangents = [spaces.compile.tangent(derivative(form, unknowns.function)) for form in forms]
         self.coupling = self._tangents[0]
         variant = spaces.variant
         everywhere = variant.storage_at_corners and variant.source_at_corners

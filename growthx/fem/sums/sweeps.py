@@ -201,13 +201,13 @@ class _OfMatrices:
         return lanes.TYPES + lanes.FUNCTIONS + "".join(functions.values()) + GATHER + rest
 
 
-class _Body:
+class Body:
     """What cells gather: their corners, and the values of some functions.  Keeps what it has the addresses of."""
 
     def __init__(self, domain: dolfinx.mesh.Mesh, coefficients: Sequence[dolfinx.fem.Function]) -> None:
         self._domain, self._coefficients = domain, coefficients
         self._corners = np.ascontiguousarray(compat.geometry_nodes(domain), dtype=np.int32)
-        self._places = [_places(coefficient.function_space) for coefficient in coefficients]
+        self._places = [places_of(coefficient.function_space) for coefficient in coefficients]
         self.fields = np.zeros((len(coefficients), 4), dtype=np.int64)
         for row, coefficient, places in zip(self.fields, coefficients, self._places, strict=True):
             row[1:] = places.ctypes.data, places.shape[1], coefficient.function_space.dofmap.bs
@@ -228,8 +228,8 @@ class VectorSweep:
         """library: by `_OfVectors`.  coefficients: of the compiled form, in its order."""
         self._library, self._form = library, form
         space = weak_form.arguments()[0].ufl_function_space()
-        self._body = _Body(space.mesh, coefficients)
-        self._places = _places(space)
+        self._body = Body(space.mesh, coefficients)
+        self._places = places_of(space)
         self._sum = np.array([0, self._places.ctypes.data, self._places.shape[1], space.dofmap.bs])
         self._cells = compat.cells_of_integrals(form)
 
@@ -252,7 +252,7 @@ class MatrixSweep:
         self._library, self._form = library, form
         self._block = space.dofmap.bs
         self._nodes = space.dofmap.list.shape[1]
-        self._body = _Body(space.mesh, coefficients)
+        self._body = Body(space.mesh, coefficients)
         room = np.empty((entries + 1) * library.width())
         self._matrix = room[-room.ctypes.data % 64 // room.itemsize :]
 
@@ -280,15 +280,15 @@ def of_matrices(
     coefficients: of each of the tangents.
     """
     together = [each for of_tangent in coefficients for each in of_tangent]
-    displacements = _size(space)
+    displacements = values_in_a_cell(space)
     entries = (displacements + densities) ** 2
     spaces = [space, *(coefficient.function_space for coefficient in together)]
     fewest = FEWEST * FEWEST_ENTRIES / entries
-    if not (_is_worth_it(space.mesh, fewest) and entries <= MOST_ENTRIES and _can_be_gathered(spaces)):
+    if not (is_worth_it(space.mesh, fewest) and entries <= MOST_ENTRIES and can_be_gathered(spaces)):
         return None
     starts = tuple(
         zip(
-            _starts([[_size(each.function_space) for each in of_tangent] for of_tangent in coefficients]),
+            _starts([[values_in_a_cell(each.function_space) for each in of_tangent] for of_tangent in coefficients]),
             _starts([[each.value.size for each in tangent.constants()] for tangent in tangents]),
             strict=True,
         )
@@ -305,12 +305,12 @@ def of_vectors(weak_form: ufl.Form, form: dolfinx.fem.Form) -> VectorSweep | Non
     if any(each.integral_type() != "cell" for each in weak_form.integrals()) or not weak_form.arguments():
         return None  # a form that is zero has no test function left
     space = weak_form.arguments()[0].ufl_function_space()
-    if not _is_worth_it(space.mesh, FEWEST):
+    if not is_worth_it(space.mesh, FEWEST):
         return None
     comm = steady(space.mesh.comm)
     ufcx_form, _ = kernels.generated(comm, weak_form)
     coefficients = used(weak_form, ufcx_form)
-    if not _can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
+    if not can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
         return None
     library = kernels.derived(comm, [weak_form], _OfVectors())
     if library is None or library.width() < WIDTH:
@@ -324,25 +324,26 @@ def used(weak_form: ufl.Form, ufcx_form: Any) -> list[dolfinx.fem.Function]:
     return [coefficients[positions[i]] for i in range(ufcx_form.num_coefficients)]
 
 
-def _is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
+def is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
     """Whether there are so many cells on a rank, and numbers as the kernels have them; the same on all ranks."""
     cells = domain.topology.index_map(domain.topology.dim).size_global
     known = compat.CELLS_OF_INTEGRALS and np.dtype(dolfinx.default_scalar_type) == np.float64
     return known and domain.geometry.x.dtype == np.float64 and cells >= fewest * steady(domain.comm).size
 
 
-def _can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
+def can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
     """Whether cells take values of such functions as they are."""
-    sizes = sum(_size(space) for space in spaces)
+    sizes = sum(values_in_a_cell(space) for space in spaces)
     return sizes <= MOST_ENTRIES and not any(space.element.needs_dof_transformations for space in spaces)
 
 
-def _size(space: dolfinx.fem.FunctionSpace) -> int:
+def values_in_a_cell(space: dolfinx.fem.FunctionSpace) -> int:
     """Number of values in a cell."""
     return int(space.dofmap.list.shape[1] * space.dofmap.bs)
 
 
-def _places(space: dolfinx.fem.FunctionSpace) -> Indices:
+def places_of(space: dolfinx.fem.FunctionSpace) -> Indices:
+    """Where cells find the values of a function, (cells, nodes)."""
     return np.ascontiguousarray(space.dofmap.list, dtype=np.int32)
 
 
