@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices
 
 FEWEST = 4000  # cells of a rank, on the average, from which on the compilation is worth it
-FEWEST_ENTRIES = 500  # so many times as many entries, of all cells' matrices: a tangent is made more seldom
+FEWEST_ENTRIES = 250  # so many times as many entries, of all cells' matrices: a tangent is made more seldom
 MOST_ENTRIES = 4096  # of a cell's matrix, and of what it gathers: more would not stay near the CPU
 WIDTH = 4  # lanes that are worth it
 
