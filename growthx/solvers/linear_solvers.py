@@ -14,6 +14,9 @@ in the plane with a factor of K_uu alone, which is symmetric and much smaller th
 the densities would add to it by their elimination, does as well there as the condensed tangent of the same mesh: the
 two differ by a factor that depends on the law of growth and on nothing else.  With bounds of nodal densities it is
 that of the rows at no bound, in space alone; in the plane they keep to a factor.
+
+Where it can be, neither has a matrix of PETSc's: factors are made right from the cells, see `cell_factors` and
+`node_factors`.
 """
 
 from __future__ import annotations
@@ -55,8 +58,9 @@ LARGEST_MONOLITHIC = {(2, 1): 1_500, (2, 2): 1_500, (3, 1): 10_000, (3, 2): 15_0
 # assembly; of large ones in space the factor, whose operations grow faster than its entries (`WORK` of them for each).
 RENEWAL, RENEWAL_OF_MULTIGRID, WORK = {2: 7.0, 3: 12.0}, 6.0, 70.0
 
-# Digits of the residual for each iteration at best, where a factor leaves out what couples load cases: no new one
-# brings them nearer (the femur in space: 0.7 to 0.8 once it is close, however new the factor is).
+# Digits of the residual for each iteration at best, where a factor leaves out what couples load cases, or a block step
+# what couples displacement and density: no new one brings them nearer (the femur in space: 0.7 to 0.8 once it is close,
+# however new the factor is; the plate with nodal densities: 0.7 to 1).
 PACE_OF_CASES = 0.7
 
 # ‖A x − b‖₂ ≤ this · ‖b‖₂ ends iterative solutions: Newton's method with a kept factor gains no more from a better one.
