@@ -28,6 +28,7 @@ import growthx as gx
 from benchmarks.shared import command
 from benchmarks.shared.reporting import RESULTS, Table, progress, read_rows, write_rows
 from growthx.fem.sums.cell_sums import CellSums
+from growthx.fem.sums.node_blocks import NodeBlocks
 from growthx.fem.sums.sweeps import VectorSweep
 from growthx.solvers.newton import Newton
 from growthx.solvers.single_factor import Factor
@@ -205,7 +206,8 @@ def assembly_on(clock: Clock) -> Iterator[None]:
             (Newton, "solve", NEWTON),
             (CellSums, "__call__", TANGENT),
             (Factor, "factorise", FACTOR),
-            (Factor, "solve", TRIANGLES),
+            (Factor, "approximate", TRIANGLES),
+            (NodeBlocks, "add_up", TANGENT),
         ):
             clocks.enter_context(patch.object(owner, name, clock.around(getattr(owner, name), part)))
         for name in ("of_rows", "of_blocks"):

@@ -6,7 +6,8 @@ Densities, displacements, densities: a symmetric block Gauss–Seidel step for
     | K_ρu  K_ρρ |
 
 with factors of the displacement of each load case and of the densities.  Newton's method that keeps them sees by its
-residual how good a step was: no Krylov method has to look at it.  Only the first one with new factors is looked at.
+residual how good a step was: no Krylov method has to look at it.  Only the first one with new factors is looked at;
+where that is poor, generalised conjugate residuals make a better one of each step with these factors.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from growthx.fem.sums.node_blocks import NodeBlocks
-from growthx.solvers.single_factor import ENOUGH, MOST_ITERATIONS, NAME, POOR, Factor
+from growthx.solvers.single_factor import NAME, Factor
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
@@ -24,13 +25,16 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.solvers.problem import NonlinearProblem
 
+POOR = 0.3  # ‖b − A x‖ over ‖b‖ of a first step, by which the others with the same factors are watched
+ENOUGH, MOST_ITERATIONS = 0.1, 30  # of the conjugate residuals: Newton's method gains no more from a better solution
+
 WHOLE, DENSITY, DISPLACEMENTS = slice(None), slice(-1, None), slice(-1)
 
 
 class NodeFactors:
     """The context of a PETSc PC of type "python" that needs no matrix.
 
-    is_poor: whether the last factors could not be made, or their step leaves too much, as the first one shows.
+    is_poor: whether the last factors could not be made, or their steps add up to no solution.
     """
 
     leaves_out_coupling = True  # what a step leaves of it
@@ -46,7 +50,7 @@ class NodeFactors:
         pairs = np.column_stack([sums.rows[self._lower], sums.columns[self._lower]])
         self._parts = [*(slice(first, first + dim) for first in range(0, held.shape[1] - 1, dim)), DENSITY]
         self._factors = [Factor.of_blocks(library, pairs, held[:, part].ravel(), dim) for part in self._parts]
-        self._fresh = self.is_poor = False
+        self._fresh = self._watched = self.is_poor = False
 
     @property
     def work(self) -> float:
@@ -68,8 +72,7 @@ class NodeFactors:
         """X ≈ A⁻¹ b; PETSc calls this."""
         side = b.array_r[self._sums.places]
         found = self._step(side)
-        if self._fresh:
-            self._fresh = False
+        if self._fresh or self._watched:
             found = self._looked_at(side, found)
         x.array_w[self._sums.places] = found
 
@@ -91,24 +94,24 @@ class NodeFactors:
         return np.where(self._held, x, self._sums.times(WHOLE, WHOLE, x))
 
     def _looked_at(self, side: Floats, found: Floats) -> Floats:
-        """The first step with new factors; if it is poor, generalised conjugate residuals make a solution of it."""
-        size, product = float(np.linalg.norm(side)), self._product(found)
-        rest = side - product
-        self.is_poor = not np.linalg.norm(rest) <= POOR * size
+        """A step, by generalised conjugate residuals a better one if the first one with these factors was poor."""
+        size, rest = float(np.linalg.norm(side)), side - self._product(found)
+        if self._fresh:
+            self._fresh, self._watched = False, not np.linalg.norm(rest) <= POOR * size
+        if not self._watched:
+            return found
         former: list[tuple[Floats, Floats]] = []
-        for _ in range(MOST_ITERATIONS if self.is_poor else 0):
+        while np.linalg.norm(rest) > ENOUGH * size and len(former) < MOST_ITERATIONS:
             step = self._step(rest)
             product = self._product(step)
             for other, image in former:
                 share = float(np.vdot(image, product))
                 step, product = step - share * other, product - share * image
             length = float(np.linalg.norm(product))
-            step, product = step / length, product / length
-            former.append((step, product))
-            share = float(np.vdot(product, rest))
-            found, rest = found + share * step, rest - share * product
-            if not np.linalg.norm(rest) > ENOUGH * size:
-                break
+            former.append((step / length, product / length))
+            share = float(np.vdot(former[-1][1], rest))
+            found, rest = found + share * former[-1][0], rest - share * former[-1][1]
+        self.is_poor = not np.linalg.norm(rest) <= ENOUGH * size
         return found
 
     def destroy(self, pc: PETSc.PC) -> None:
