@@ -354,6 +354,46 @@ def test_a_scan_that_does_not_cover_the_body(by):
     assert "lie outside the voxel centres of the scan, at (" in sentence
 
 
+@pytest.mark.parametrize("by", ["point", "mean"])
+@pytest.mark.parametrize("orientation", ["RAS", "LPS"])
+def test_a_body_in_the_other_frame(orientation, by):
+    """DICOM has x and y with the other sign: where that alone is wrong, the sentence names it, and it helps."""
+    scan, exact = linear(orientation=orientation)
+    other = "LPS" if orientation == "RAS" else "RAS"
+    mesh = square(4)
+    turned = scan.to(other)
+    sentence = refused(lambda: gx.discretise(still(mesh, turned.density(a=A, b=B, z=0.5, by=by)), gx.Q1P0))
+    assert "with the other sign of x and y all lie inside" in sentence and f"to('{orientation}')" in sentence
+    found = gx.discretise(still(mesh, turned.to(orientation).density(a=A, b=B, z=0.5, by=by)), gx.Q1P0)
+    assert found.mean_density() == pytest.approx(A + B * exact(np.array([0.5, 0.5, 0.5])), rel=1e-9)
+
+
+def test_a_body_beside_the_bone_of_a_scan(caplog):
+    """Inside the scan, but not where its bone is, as in a wrong frame or by a wrong registration: more than half of it
+    is below the floor, and the notice says what that may mean."""
+    values, affine = proximal_femur(6.0)
+    density = gx.ct.from_array(np.where(values < 100, -100, values), affine).density(a=A, b=B, z=-80.0)
+    for left, beside in ((28.0, False), (-20.0, True)):  # the shaft is at x = 40, and 26 wide
+        caplog.clear()
+        with caplog.at_level(logging.WARNING, "growthx"):
+            density(np.vstack([np.linspace(left, left + 20, 20), np.zeros(20)]))
+        found = [record.getMessage() for record in caplog.records]
+        assert any("may not lie where the scan has it" in text for text in found) == beside  # each rank asks by itself
+
+
+def test_densities_are_no_hounsfield_units():
+    """A scan of densities already, with the calibration of HU, would be a body of one density: not in silence."""
+    scan, _ = linear(gradient=(0.5, 0.2, 0.1), offset=0.4)
+    mesh = square(4)
+    for by in ("point", "mean", "modulus"):
+        density = scan.density(a=A, b=B, z=0.5, by=by)
+        sentence = refused(lambda density=density: gx.discretise(still(mesh, density), gx.Q1P0))
+        assert "are taken for HU: they are densities already, it seems" in sentence
+    assert gx.discretise(still(mesh, scan.density(a=0, b=1, z=0.5)), gx.Q1P0).mean_density() == pytest.approx(0.8)
+    relative = scan.density(a=0, b=1.8, z=0.5)  # shares of the densest bone, say: neither
+    assert gx.discretise(still(mesh, relative), gx.Q1P0).mean_density() == pytest.approx(1.44)
+
+
 def test_hounsfield_units_are_no_density():
     """The commonest mistake: a = 0, b = 1, on a scan in HU."""
     values, affine = proximal_femur(6.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
@@ -138,13 +139,22 @@ class ScanDensity:
 
     def _density(self, places: Floats, tally: Tally, counted: Any) -> Floats:
         """At places of the body, before the floor."""
-        values, outside = self.voxels.at(places if self.place is None else self.place.lifted(places))
-        tally.asked_at(places[counted], outside[counted])
+        values, outside = self.voxels.at(self._in_scan(places))
+        tally.asked_at(places[counted], values[counted], outside[counted])
         return self.relation(values)
+
+    def _in_scan(self, places: Floats) -> Floats:
+        """Places of the body, (places, 2 or 3), as those of the scan, (places, 3)."""
+        return places if self.place is None else self.place.lifted(places)
+
+    def _fits_turned(self, ends: Floats) -> bool:
+        """Whether a body between these ends would lie inside with the other sign of x and y."""
+        corners = np.array(list(product(*ends.T)))
+        return not self.voxels.at(self._in_scan(corners) * (-1.0, -1.0, 1.0))[1].any()
 
     def judge(self, tally: Tally, comm: MPI.Comm, what: str) -> None:
         """Say what is to be known of what was met, of these in the plural, once; InputError for what is no density."""
-        notice = tally.judged(self.relation, self.name, what, comm)
+        notice = tally.judged(self.relation, self.name, what, comm, self._fits_turned)
         if notice and notice not in self._told and comm.rank == 0:
             logging.getLogger("growthx").warning("growthx: %s", notice)
         self._told.add(notice)
