@@ -71,6 +71,15 @@ def test_beside_another_run(shared_folder):
     assert 0 < near.rmse < 0.05 * near.mean and near.pearson > 0.9
 
 
+def test_densities_at_integration_points():
+    """A run of a variant that has them, and what was carried for it: both are read at the nearest point."""
+    start = lambda x: 1 + 0.5 * x[0] ** 2  # noqa: E731
+    one, two = of(start, gx.Q1), of(start, gx.Q1P0)
+    for other in (one, gx.transfer(one, one.scene.mesh, gx.Q1)):
+        assert gx.compare(one, other).rmse < 1e-14
+    assert 0 < gx.compare(one, two).rmse < 0.1
+
+
 def test_what_does_not_grow_is_left_out():
     """Metal is no part of the agreement."""
     scene = block(square(4), initial_density={"bone": 1.0, "implant": 4.0}, growing=("bone",))

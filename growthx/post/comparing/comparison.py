@@ -15,9 +15,11 @@ from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.discretisation.checks.arguments import require_problem
 from growthx.discretisation.transfers.grown import GrownDensity
 from growthx.discretisation.transfers.transfer import transfer
+from growthx.discretisation.variants import AtPoints
 from growthx.meshing.fields import as_ufl, has_points, scalar
 from growthx.meshing.images.density import ScanDensity
 from growthx.meshing.sampling import positions, split_rule, volume_ratios
+from growthx.meshing.transferred import TransferredDensity
 from growthx.post.comparing.picture import IMAGES, draw
 
 if TYPE_CHECKING:
@@ -110,6 +112,10 @@ def _values(problem: Discretisation, other: Any, X: Floats, places: Floats) -> F
     mesh, shape = problem.scene.mesh, places.shape[:2]
     if isinstance(other, GrownDensity) or hasattr(getattr(other, "problem", other), "densities_of_cells"):
         other = transfer(other, mesh, problem.variant)
+    if isinstance(other, TransferredDensity) and isinstance(problem.variant.density, AtPoints):
+        if other.mesh is mesh and other.variant == problem.variant.name:  # read as the run's is, of the nearest point
+            shares = problem.variant.density.shares(problem.density_space.ufl_element(), X)
+            return np.asarray(other.of_cells() @ shares.T)
     elif isinstance(other, ScanDensity) and not other.of_cells:
         other.check_dimension(mesh.dim)
         return other.at_points(places.reshape(-1, 3)[:, : mesh.dim], problem.comm).reshape(shape)
