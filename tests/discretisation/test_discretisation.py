@@ -308,6 +308,17 @@ def test_a_field_of_reference_density_is_where_growth_starts(variant):
     assert len(steps) == 4
 
 
+@pytest.mark.parametrize("variant", [gx.Q1P0, gx.Q1Q1], ids=["Q1P0", "Q1Q1"])
+def test_an_initial_density_of_another_unit_is_refused(variant):
+    """HU or kg/m³ are far away nearly everywhere; a density that is so in a few cells is somebody's own."""
+    mesh = square(4, shape="quadrilateral")
+    with pytest.raises(InputError, match=r"is 1200 somewhere, where the reference density is 1\.2: one in"):
+        gx.discretise(block(mesh, material=gx.Material(1.0, 0.3, 1.2), initial_density=1200.0), variant)
+    some = np.where(np.arange(mesh.cell_count) == 3, 200.0, 1.2)
+    problem = gx.discretise(block(mesh, material=gx.Material(1.0, 0.3, 1.2), initial_density=some), variant)
+    assert max(COMM.allgather(problem.density.x.array.max())) > 50
+
+
 @pytest.mark.parametrize("wrong", [lambda x: 0.5 - x[0], lambda x: x[0] * np.nan, {"bone": 1.0, "implant": -1.0}])
 def test_initial_density_must_be_positive(wrong):
     """A density of zero or below has no weight: said at once, not after a failed step."""
