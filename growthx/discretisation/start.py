@@ -71,13 +71,12 @@ def _require_scale(spaces: Spaces, density: dolfinx.fem.Function) -> None:
 
     It is far away nearly everywhere; in some cells it may well be.
     """
-    mesh, given = spaces.scene.mesh, spaces.scene.material.reference_density
+    mesh, given = spaces.scene.mesh, as_ufl(spaces.scene.material.reference_density, spaces.scene.mesh)
     reference = np.ones(len(mesh.owned_cells))
-    if is_uniform(given):
-        reference *= given
+    if isinstance(given, dolfinx.fem.Function):
+        reference *= given.x.array[given.function_space.dofmap.list[: len(reference)]].max(axis=1, initial=0.0)
     else:
-        middle = reference_corners(mesh.cell_name).mean(axis=0, keepdims=True)
-        reference *= spaces.evaluate(as_ufl(given, mesh), middle)[:, 0]
+        reference *= given.value
     highest = density.x.array[spaces.density_space.dofmap.list[: len(reference)]].max(axis=1, initial=0.0)
     far = np.flatnonzero(highest > FAR * reference)
     if 2 * spaces.comm.allreduce(len(far)) <= mesh.cell_count:

@@ -1,5 +1,7 @@
 """The way through time: steps from error, the times they must end at, and the end at biological equilibrium."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from blocks import block, densities, run, square
@@ -82,6 +84,21 @@ def test_a_run_ends_at_biological_equilibrium_when_asked(variant):
     fixed, _ = run(body(variant, until=1e3), variant, stepping=gx.FixedSteps(equilibrium=0.5))
     assert fixed[-1].time < 1e3
     assert fixed[-1].load == 1.0
+
+
+@kinds
+def test_a_rate_is_told_from_what_newton_leaves(variant):
+    """Rough steps that are to end at a small share of resorption are solved to it: they end there, and it is exact."""
+    scene = replace(
+        body(variant, step=1.0, ramp=1.0, until=1e6),
+        material=gx.Material(lambda x: 1.0 + 2.0 * (x[0] > 0.5), 0.0, density_exponent=lambda x: 3.0 - (x[0] > 0.5)),
+        growth=gx.EnergyDrivenGrowth(0.5, rate=1.0, exponent=4.0),
+        loads=(gx.Traction("right", (1.0, 0.0)),),
+    )
+    steps, problem = run(scene, variant, stepping=gx.AdaptiveSteps(1e-2, equilibrium=1e-8))
+    assert steps[-1].time < 1e4
+    expected = densities(gx.homeostasis(scene, variant))[:, 2]
+    assert densities(problem)[:, 2] == pytest.approx(expected, rel=1e-7)
 
 
 def test_equilibrium_needs_a_resorption_to_be_measured_against():
