@@ -1,6 +1,8 @@
 """Every test runs in one rank or in several; a test that starts programs of its own is marked `serial`."""
 
 import faulthandler
+import gc
+import itertools
 import os
 import re
 import signal
@@ -13,6 +15,7 @@ from mpi4py import MPI
 
 COMM = MPI.COMM_WORLD
 HANGS = 600.0  # seconds after which a test does not end by itself
+COLLECTED = 50  # tests between two collections of garbage on several ranks
 SAID = pytest.StashKey[TextIO]()
 COMPLAINT = re.compile(r"^.*(?:PETSC ERROR|WARNING!|CHOLMOD (?:error|warning)).*$", re.MULTILINE)
 
@@ -24,6 +27,8 @@ def pytest_configure(config):
     said = os.fdopen(os.dup(sys.__stderr__.fileno()), "w")  # not what pytest keeps of a test's
     config.add_cleanup(said.close)
     config.stash[SAID] = said
+    if COMM.size > 1:
+        gc.disable()
     if COMM.rank > 0:
         nowhere = open(os.devnull, "w")  # noqa: SIM115
         config.add_cleanup(nowhere.close)
@@ -47,6 +52,19 @@ def pytest_runtest_protocol(item):
         return (yield)
     finally:
         faulthandler.cancel_dump_traceback_later()
+
+
+_tests = itertools.count(1)
+
+
+def pytest_runtest_teardown():
+    """Free what tests have left at the same time on all ranks.
+
+    OpenMPI numbers a new communicator by trial, until one is free on all of them: where each has gaps of its own, as
+    collections at a time of its own leave them, every vector of DOLFINx' takes it hundreds of trials.
+    """
+    if COMM.size > 1 and next(_tests) % COLLECTED == 0:
+        gc.collect()
 
 
 @pytest.hookimpl(hookwrapper=True)

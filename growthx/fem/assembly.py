@@ -81,14 +81,18 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
     """The entries of a linear form this rank owns, with the other ranks' parts of them added (collective)."""
     implicit.refresh(form)
     dofmap = form.function_spaces[0].dofmap
-    vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
+    vector = getattr(form, "entries", None)
+    if vector is None:  # one for all times: each would have MPI look for two communicators of its own
+        vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
+        form.entries = vector  # type: ignore[attr-defined]
+    vector.array[:] = 0.0
     sweep = getattr(form, "sweep", None)
     if sweep is None:
         dolfinx.fem.assemble_vector(vector.array, form)
     else:
         sweep(vector.array)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
-    return vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
+    return np.array(vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs])
 
 
 def integral(form: dolfinx.fem.Form) -> float:
