@@ -135,8 +135,7 @@ def cells_at(mesh: Mesh, places: Floats) -> tuple[Indices, Floats]:
     cells = np.full(len(places), -1, dtype=np.int32)
     cells[found] = hits.array[hits.offsets[:-1][found]]
     X = np.zeros((len(places), mesh.dim))
-    if found.any():  # basix aborts when it is given no points at all
-        X[found] = pull_back(mesh, cells[found], np.asarray(places)[found])
+    X[found] = pull_back(mesh, cells[found], np.asarray(places)[found])
     return cells, X
 
 
@@ -160,6 +159,8 @@ def pull_back(mesh: Mesh, cells: Indices, places: Floats, within: Callable[[Floa
 
 def geometry_basis(mesh: Mesh, X: Floats) -> Floats:
     """Shape functions of the geometry and their derivatives, shape (1 + dim, points, nodes)."""
+    if not len(X):  # basix aborts when it is given no points at all
+        return np.zeros((1 + mesh.dim, 0, compat.geometry_nodes(mesh.domain).shape[1]))
     element = mesh.domain.ufl_domain().ufl_coordinate_element().sub_elements[0]
     return np.array(element.tabulate(1, X))
 

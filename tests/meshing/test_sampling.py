@@ -10,7 +10,7 @@ import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
 from growthx.fem import compat
 from growthx.meshing.mesh import Mesh
-from growthx.meshing.sampling import cells_at, dof_positions, positions, split_rule, volume_ratios
+from growthx.meshing.sampling import cells_at, dof_positions, positions, pull_back, split_rule, volume_ratios
 
 VARIANTS = pytest.mark.parametrize("variant", CATALOGUE.values(), ids=CATALOGUE)
 
@@ -224,3 +224,13 @@ def test_rules_in_parts_of_a_cell(cell, parts):
     last = X.max(axis=1) if cell in ("quadrilateral", "hexahedron") else X.sum(axis=1)
     assert X.min() >= -1e-12 and last.max() <= 1 + 1e-12
     assert weights.min() > 0  # as means of what is positive need them
+
+
+def test_a_rank_may_have_no_places():
+    """Of places that are all in other ranks' cells; basix aborts the whole program when it is given no points."""
+    mesh = square(2)
+    none = np.zeros((0, 2))
+    assert pull_back(mesh, np.zeros(0, dtype=np.int32), none).shape == (0, 2)
+    cells, X = cells_at(mesh, none)
+    assert cells.shape == (0,) and X.shape == (0, 2)
+    assert cells_at(mesh, none + 9.0)[1].shape == (0, 2)
