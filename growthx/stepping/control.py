@@ -169,9 +169,8 @@ class AdaptiveSteps(Stepping, replaceable=()):
         return _FromError(program, self)
 
     def newton_tolerance(self, tolerance: float) -> float:
-        """No tighter than the error of the steps is worth, nor wider than the rate at which the run is to end."""
-        worth = SOLVED * self.tolerance
-        return max(tolerance, worth if self.equilibrium is None else min(worth, self.equilibrium))
+        """No tighter than the error of the steps is worth."""
+        return max(tolerance, SOLVED * self.tolerance)
 
 
 class Halving(StepControl):

@@ -40,7 +40,9 @@ class March(Iterator[Step]):
     def __init__(self, problem: Discretisation, settings: NewtonSettings, stepping: Stepping) -> None:
         """settings: as they were asked for; the stepping may loosen them."""
         self.problem, self.time, self.in_equilibrium = problem, 0.0, False
-        self._settings = settings.loosened(stepping.newton_tolerance(settings.tolerance))
+        worth, share = stepping.newton_tolerance(settings.tolerance), stepping.equilibrium
+        # A rate that is to end the run has to be told from what Newton's method leaves.
+        self._settings = settings.loosened(worth if share is None else min(worth, share))
         self._stepping, self._enough = stepping, _enough(problem, stepping)
         self._control = stepping.control(problem.scene.timetable)
         self._targets, self._target, self._ended = iter(self._control.targets()), 0.0, False

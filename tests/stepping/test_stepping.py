@@ -99,6 +99,9 @@ def test_a_rate_is_told_from_what_newton_leaves(variant):
     assert steps[-1].time < 1e4
     expected = densities(gx.homeostasis(scene, variant))[:, 2]
     assert densities(problem)[:, 2] == pytest.approx(expected, rel=1e-7)
+    fixed, problem = run(scene, variant, tolerance=1e-3, stepping=gx.FixedSteps(equilibrium=1e-8))
+    assert fixed[-1].time < 1e4
+    assert densities(problem)[:, 2] == pytest.approx(expected, rel=1e-7)
 
 
 def test_equilibrium_needs_a_resorption_to_be_measured_against():
