@@ -81,11 +81,7 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
     """The entries of a linear form this rank owns, with the other ranks' parts of them added (collective)."""
     implicit.refresh(form)
     dofmap = form.function_spaces[0].dofmap
-    vector = getattr(form, "entries", None)
-    if vector is None:  # one for all times: each would have MPI look for two communicators of its own
-        vector = dolfinx.la.vector(dofmap.index_map, dofmap.index_map_bs)
-        form.entries = vector  # type: ignore[attr-defined]
-    vector.array[:] = 0.0
+    vector = _kept_vector(form, dofmap, dofmap.index_map_bs)
     sweep = getattr(form, "sweep", None)
     if sweep is None:
         dolfinx.fem.assemble_vector(vector.array, form)
@@ -93,6 +89,18 @@ def assemble(form: dolfinx.fem.Form) -> Floats:
         sweep(vector.array)
     vector.scatter_reverse(dolfinx.la.InsertMode.add)
     return np.array(vector.array[: dofmap.index_map.size_local * dofmap.index_map_bs])
+
+
+def _kept_vector(owner: Any, dofmap: Any, block: int) -> Any:
+    """A vector of zeros of a dofmap, which its owner keeps: each new one has MPI look for two communicators of its own.
+
+    block: entries of each of its nodes.
+    """
+    kept = vars(owner).setdefault("_vectors", {})
+    if block not in kept:
+        kept[block] = dolfinx.la.vector(dofmap.index_map, block)
+    kept[block].array[:] = 0.0
+    return kept[block]
 
 
 def integral(form: dolfinx.fem.Form) -> float:
@@ -180,7 +188,7 @@ def sum_cells(space: dolfinx.fem.FunctionSpace, values: Floats) -> Floats:
     space: scalar.  values: of each owned cell's degrees of freedom, shape (owned cells, dofs of a cell, entries).
     """
     dofmap, entries = space.dofmap, values.shape[2]
-    total = dolfinx.la.vector(dofmap.index_map, entries)
+    total = _kept_vector(space, dofmap, entries)
     rows, columns = dofmap.list[: len(values)].ravel(), total.array.reshape(-1, entries)
     for entry in range(entries):
         columns[:, entry] = np.bincount(rows, values[:, :, entry].ravel(), len(columns))
