@@ -20,7 +20,7 @@ import numpy as np
 
 from growthx.common.communicators import steady
 from growthx.fem import compat, kernels
-from growthx.fem.sums.sweeps import of_matrices, used
+from growthx.fem.sums.sweeps import of_matrices, used, values_in_a_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +102,7 @@ def condensed_tangent(tangents: Sequence[ufl.Form], elimination: Elimination) ->
         displacements=space.dofmap.dof_layout.num_dofs * space.dofmap.bs,
         densities=densities,
         tangents=len(tangents),
-        first_coefficient=_starts([[_values_in_a_cell(w) for w in each] for each in coefficients]),
+        first_coefficient=_starts([[values_in_a_cell(w.function_space) for w in each] for each in coefficients]),
         first_constant=_starts([[c.value.size for c in each] for each in constants]),
         extra_type=extra,
         extra_argument=extra and f"{extra} data",
@@ -119,11 +119,6 @@ def condensed_tangent(tangents: Sequence[ufl.Form], elimination: Elimination) ->
     form.kernel_modules = (*modules, library)  # type: ignore[attr-defined]  # the form calls into them: they must live as long as it does
     form.sweep = of_matrices(tangents, form, space, densities, coefficients) if elimination.often else None  # type: ignore[attr-defined]
     return form
-
-
-def _values_in_a_cell(coefficient: dolfinx.fem.Function) -> int:
-    dofmap = coefficient.function_space.dofmap
-    return int(dofmap.dof_layout.num_dofs * dofmap.bs)
 
 
 def _starts(sizes: list[list[int]]) -> str:

@@ -141,7 +141,7 @@ class _Iteration:
         snes: Any,
         x: Any,
         largest_share: Callable[[Floats, Floats], float],
-        settled: Callable[[Floats], Floats] = np.asarray,
+        settled: Callable[[Floats], Floats],
     ) -> None:
         self._snes, self._x, self._largest_share, self._settled = snes, x, largest_share, settled
         self._residual = snes.getFunction()[0]

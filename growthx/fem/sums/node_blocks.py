@@ -106,12 +106,7 @@ class _OfBlocks:
         return lanes.TYPES + lanes.FUNCTIONS + sweeps.GATHER + OF_BLOCKS
 
     def source(self, codes: list[str]) -> str | None:
-        try:
-            found = lanes.translated(codes[0], "lanes")
-        except lanes.NotTranslatedError:
-            return None
-        rest = OF_BLOCKS % {"names": ", ".join(found)}
-        return lanes.TYPES + lanes.FUNCTIONS + "".join(found.values()) + sweeps.GATHER + rest
+        return sweeps.of_one_form(codes[0], OF_BLOCKS)
 
 
 class BlockSweep:
@@ -150,23 +145,14 @@ class BlockSweep:
 
 def of_blocks(weak_form: ufl.Form, form: dolfinx.fem.Form) -> BlockSweep | None:
     """What adds up a bilinear form, given as it was compiled; None if nothing does (collective)."""
-    if any(each.integral_type() != "cell" for each in weak_form.integrals()) or len(weak_form.arguments()) < 2:
-        return None
+    if len(weak_form.arguments()) < 2:
+        return None  # of a form that is zero
     space = weak_form.arguments()[0].ufl_function_space()
     entries = sweeps.values_in_a_cell(space) ** 2
-    if entries > sweeps.MOST_ENTRIES or not sweeps.is_worth_it(
-        space.mesh, sweeps.FEWEST * sweeps.FEWEST_ENTRIES / entries
-    ):
+    if entries > sweeps.MOST_ENTRIES:
         return None
-    comm = steady(space.mesh.comm)
-    ufcx_form, _ = kernels.generated(comm, weak_form)
-    coefficients = sweeps.used(weak_form, ufcx_form)
-    if not sweeps.can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
-        return None
-    library = kernels.derived(comm, [weak_form], _OfBlocks())
-    if library is None or library.width() < sweeps.WIDTH:
-        return None
-    return BlockSweep(library, form, space, coefficients)
+    found = sweeps.compiled(weak_form, _OfBlocks(), sweeps.FEWEST * sweeps.FEWEST_ENTRIES / entries)
+    return None if found is None else BlockSweep(found[0], form, space, found[1])
 
 
 class NodeBlocks:

@@ -164,12 +164,7 @@ class _OfVectors:
         return lanes.TYPES + lanes.FUNCTIONS + GATHER + OF_VECTORS
 
     def source(self, codes: list[str]) -> str | None:
-        try:
-            found = lanes.translated(codes[0], "lanes")
-        except lanes.NotTranslatedError:
-            return None
-        rest = OF_VECTORS % {"names": ", ".join(found)}
-        return lanes.TYPES + lanes.FUNCTIONS + "".join(found.values()) + GATHER + rest
+        return of_one_form(codes[0], OF_VECTORS)
 
 
 @dataclass(frozen=True)
@@ -201,13 +196,23 @@ class _OfMatrices:
         return lanes.TYPES + lanes.FUNCTIONS + "".join(functions.values()) + GATHER + rest
 
 
+def of_one_form(code: str, rest: str) -> str | None:
+    """C code of FFCx's for a form, and what calls its kernels by their names; None where it is not known."""
+    try:
+        found = lanes.translated(code, "lanes")
+    except lanes.NotTranslatedError:
+        return None
+    names = {"names": ", ".join(found)}
+    return lanes.TYPES + lanes.FUNCTIONS + "".join(found.values()) + GATHER + rest % names
+
+
 class Body:
     """What cells gather: their corners, and the values of some functions.  Keeps what it has the addresses of."""
 
     def __init__(self, domain: dolfinx.mesh.Mesh, coefficients: Sequence[dolfinx.fem.Function]) -> None:
         self._domain, self._coefficients = domain, coefficients
         self._corners = np.ascontiguousarray(compat.geometry_nodes(domain), dtype=np.int32)
-        self._places = [places_of(coefficient.function_space) for coefficient in coefficients]
+        self._places = [_places(coefficient.function_space) for coefficient in coefficients]
         self.fields = np.zeros((len(coefficients), 4), dtype=np.int64)
         for row, coefficient, places in zip(self.fields, coefficients, self._places, strict=True):
             row[1:] = places.ctypes.data, places.shape[1], coefficient.function_space.dofmap.bs
@@ -229,7 +234,7 @@ class VectorSweep:
         self._library, self._form = library, form
         space = weak_form.arguments()[0].ufl_function_space()
         self._body = Body(space.mesh, coefficients)
-        self._places = places_of(space)
+        self._places = _places(space)
         self._sum = np.array([0, self._places.ctypes.data, self._places.shape[1], space.dofmap.bs])
         self._cells = compat.cells_of_integrals(form)
 
@@ -284,7 +289,7 @@ def of_matrices(
     entries = (displacements + densities) ** 2
     spaces = [space, *(coefficient.function_space for coefficient in together)]
     fewest = FEWEST * FEWEST_ENTRIES / entries
-    if not (is_worth_it(space.mesh, fewest) and entries <= MOST_ENTRIES and can_be_gathered(spaces)):
+    if not (_is_worth_it(space.mesh, fewest) and entries <= MOST_ENTRIES and _can_be_gathered(spaces)):
         return None
     starts = tuple(
         zip(
@@ -302,20 +307,32 @@ def of_matrices(
 
 def of_vectors(weak_form: ufl.Form, form: dolfinx.fem.Form) -> VectorSweep | None:
     """What adds up a linear form, given as it was compiled, several cells at once; None if one by one (collective)."""
-    if any(each.integral_type() != "cell" for each in weak_form.integrals()) or not weak_form.arguments():
+    if not weak_form.arguments():
         return None  # a form that is zero has no test function left
+    found = compiled(weak_form, _OfVectors(), FEWEST)
+    return None if found is None else VectorSweep(found[0], weak_form, form, found[1])
+
+
+def compiled(weak_form: ufl.Form, recipe: Any, fewest: float) -> tuple[Any, list[dolfinx.fem.Function]] | None:
+    """The library of a recipe for a form, and its coefficients in the library's order (collective).
+
+    None if it has integrals over other things than cells, if there are less of them than `fewest` on a rank, or if
+    there is no such library.
+    """
+    if any(each.integral_type() != "cell" for each in weak_form.integrals()):
+        return None
     space = weak_form.arguments()[0].ufl_function_space()
-    if not is_worth_it(space.mesh, FEWEST):
+    if not _is_worth_it(space.mesh, fewest):
         return None
     comm = steady(space.mesh.comm)
     ufcx_form, _ = kernels.generated(comm, weak_form)
     coefficients = used(weak_form, ufcx_form)
-    if not can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
+    if not _can_be_gathered([space, *(coefficient.function_space for coefficient in coefficients)]):
         return None
-    library = kernels.derived(comm, [weak_form], _OfVectors())
+    library = kernels.derived(comm, [weak_form], recipe)
     if library is None or library.width() < WIDTH:
         return None
-    return VectorSweep(library, weak_form, form, coefficients)
+    return library, coefficients
 
 
 def used(weak_form: ufl.Form, ufcx_form: Any) -> list[dolfinx.fem.Function]:
@@ -324,14 +341,14 @@ def used(weak_form: ufl.Form, ufcx_form: Any) -> list[dolfinx.fem.Function]:
     return [coefficients[positions[i]] for i in range(ufcx_form.num_coefficients)]
 
 
-def is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
+def _is_worth_it(domain: dolfinx.mesh.Mesh, fewest: float) -> bool:
     """Whether there are so many cells on a rank, and numbers as the kernels have them; the same on all ranks."""
     cells = domain.topology.index_map(domain.topology.dim).size_global
     known = compat.CELLS_OF_INTEGRALS and np.dtype(dolfinx.default_scalar_type) == np.float64
     return known and domain.geometry.x.dtype == np.float64 and cells >= fewest * steady(domain.comm).size
 
 
-def can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
+def _can_be_gathered(spaces: Sequence[dolfinx.fem.FunctionSpace]) -> bool:
     """Whether cells take values of such functions as they are."""
     sizes = sum(values_in_a_cell(space) for space in spaces)
     return sizes <= MOST_ENTRIES and not any(space.element.needs_dof_transformations for space in spaces)
@@ -342,7 +359,7 @@ def values_in_a_cell(space: dolfinx.fem.FunctionSpace) -> int:
     return int(space.dofmap.list.shape[1] * space.dofmap.bs)
 
 
-def places_of(space: dolfinx.fem.FunctionSpace) -> Indices:
+def _places(space: dolfinx.fem.FunctionSpace) -> Indices:
     """Where cells find the values of a function, (cells, nodes)."""
     return np.ascontiguousarray(space.dofmap.list, dtype=np.int32)
 
