@@ -14,7 +14,7 @@ from benchmarks.shared.reporting import RESULTS
 
 def parser(module: str, doc: str) -> argparse.ArgumentParser:
     """Of a benchmark that is run as a module, described by the first line of its docstring."""
-    return argparse.ArgumentParser(prog=f"python -m {module}", description=doc.partition("\n")[0])
+    return argparse.ArgumentParser(prog=f"python -m {module}", description=doc.partition("\n")[0], allow_abbrev=False)
 
 
 def add_out(found: argparse.ArgumentParser) -> None:

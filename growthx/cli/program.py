@@ -41,10 +41,13 @@ NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")  # negative
 
 
 class _Parser(argparse.ArgumentParser):
-    """Bad arguments are bad input like any other, and -1e-3 is a number, which Python's parser takes for an option."""
+    """Bad arguments are bad input like any other, and -1e-3 is a number, which Python's parser takes for an option.
+
+    Beginnings of options are none: --time would be --times today, and another one when there are more.
+    """
 
     def __init__(self, *values: Any, **options: Any) -> None:
-        super().__init__(*values, **options)
+        super().__init__(*values, allow_abbrev=False, **options)
         self._negative_number_matcher = NUMBER
 
     def error(self, message: str) -> NoReturn:
@@ -67,12 +70,12 @@ def _main(arguments: Sequence[str]) -> int:
 
 def _unknown(words: Sequence[str], known: Sequence[str]) -> str:
     """What is wrong about words that a command does not know, with the option that was meant, perhaps."""
+    strange = (word.partition("=")[0] for word in words if word[:2] == "--" and 2 < len(word) < LONGEST)
     near = (
-        difflib.get_close_matches(word.partition("=")[0], known, 1, NEAR)
-        for word in words
-        if word[:2] == "--" and len(word) < LONGEST
+        [each for each in known if each.startswith(word)] or difflib.get_close_matches(word, known, 1, NEAR)
+        for word in strange
     )
-    meant = [f"{word[0]} is near" for word in near if word]
+    meant = [f"{' or '.join(each)} {'is' if len(each) == 1 else 'are'} near" for each in near if each]
     return f"unrecognized arguments: {' '.join(words)}" + "".join(f", {each}" for each in meant)
 
 

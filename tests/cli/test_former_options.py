@@ -45,3 +45,11 @@ def test_a_misspelt_option_names_the_command_and_what_is_near(capsys):
         "unrecognized arguments: --elemnts 4 --verbose, --elements is near (growthx plate --help tells what there is)"
     )
     assert capsys.readouterr().err == (f"growthx: {said}\n" if COMM.rank == 0 else "")
+
+
+@pytest.mark.parametrize(("word", "meant"), [("--time", "--times is near"), ("--energ", "--energy is near")])
+def test_the_beginning_of_an_option_is_none(word, meant, capsys):
+    """Python's parser would take --time for --times, and for something else once another option begins so."""
+    assert main(["bar", word, "3"]) == 2
+    said = f"growthx: unrecognized arguments: {word} 3, {meant} (growthx bar --help tells what there is)\n"
+    assert capsys.readouterr().err == (said if COMM.rank == 0 else "")
