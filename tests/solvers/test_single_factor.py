@@ -68,6 +68,16 @@ def test_rows_of_held_unknowns_and_of_other_sizes():
     assert error < 1e-3 and not context.is_poor
 
 
+def test_entries_that_fade_leave_the_processor_as_it_was():
+    """A mass matrix's entries fade below what single precision says well; zero there, they are numbers elsewhere."""
+    random = np.random.default_rng(3)
+    faint = np.triu(10.0 ** random.uniform(-44, -18, size=(40, 40)), 1)
+    context, error = applied(definite() + faint + faint.T)
+    assert error < 1e-3 and not context.is_poor
+    least = np.array([np.finfo(float).smallest_subnormal]), np.array([np.finfo(np.float32).smallest_subnormal])
+    assert all((each * np.ones(1, each.dtype) > 0).all() for each in least)
+
+
 def test_a_matrix_that_is_not_definite_has_none():
     """Negative on the diagonal or, worse, only where the elimination comes to it."""
     one, other = np.diag([1.0, -1.0, 2.0]), np.array([[1.0, 2.0], [2.0, 1.0]])
