@@ -78,6 +78,10 @@ class KeptFactor:
             self._factorised = False
         snes.setConvergedReason(getattr(snes.ConvergedReason, reason))
 
+    def drop_factor(self) -> None:
+        """Begin the next call with a new factor."""
+        self._factorised = False
+
     def _iterate(self, at: _Iteration) -> str:
         self._mixing.forget()
         while True:

@@ -15,7 +15,7 @@ from growthx.solvers.kept_factor import KeptFactor
 from growthx.solvers.report import CLOSE, STAGNATES, NewtonReport
 from growthx.solvers.round_off import RoundOff, stagnates
 from growthx.solvers.settings import NewtonSettings
-from growthx.solvers.tangent import Tangent
+from growthx.solvers.tangent import Softest, Tangent, negative_pivots
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -55,6 +55,8 @@ class Newton:
         self._round_off = RoundOff(self._residual_at, CLOSE * self._force_scale, problem.comm)
         self._stopped_at = 0.0  # norm of the residual, by its round-off, in the last solution
         self._kept: KeptFactor | None = None
+        self._softest: Softest | None = None
+        self._has_given_way = False  # whether a balance was found that is not stable
         limits = problem.limits()
         if limits is not None:
             snes.setType("vinewtonrsls")
@@ -138,15 +140,42 @@ class Newton:
         if code > 0:  # else the iterate stays where it failed, to be asked why
             self._return_to(self._solution)
             if unstable := self._unstable_directions():
+                self._has_given_way = True
                 return self._report(False, norms, _unstable(unstable))
         return self._report(code > 0, norms, self._reason(code, norms))
 
     def _unstable_directions(self) -> int:
-        """Number of negative pivots of a symmetric tangent; looked for only where the last factorised one has some."""
-        if not (self.problem.symmetric and self._must_be_stable and self._tangent.negative_pivots):
+        """Number of negative pivots of a symmetric tangent.
+
+        Looked for only where the last factorised one has some, or where a balance was not stable before.
+        """
+        if not (self.problem.symmetric and self._must_be_stable):
+            return 0
+        if self._tangent.leaves_out_coupling:
+            return self._coupled_directions()
+        if not (self._tangent.negative_pivots or self._has_given_way):
             return 0
         self._snes.computeJacobian(self._solution, self._tangent.matrix)
         return self._tangent.negative_pivots
+
+    def _coupled_directions(self) -> int:
+        """Number of negative pivots of the whole tangent, where what steers are the load cases' own blocks.
+
+        Looked for where one direction shows that there are some: from there on the whole tangent steers.
+        """
+        if self._softest is None:
+            self._softest = Softest(self._snes, self._residual_at, self.problem.layout.held)
+        residual, count = self._snes.getFunction()[0].array_r.copy(), self._snes.getIterationNumber()
+        position = self._solution.array_r.copy()
+        if not self._softest.is_indefinite(position, residual, count, renewed=self._factorisations > 0):
+            return 0
+        self._factorisations += 1
+        found = negative_pivots(self.problem)
+        if found:
+            assert self._kept is not None
+            self._kept.drop_factor()
+            self._tangent.use_whole(self._assemble_tangent, direct=True)
+        return found
 
     def _report(self, converged: bool, norms: tuple[float, ...], reason: str) -> NewtonReport:
         return NewtonReport(
@@ -197,8 +226,9 @@ class Newton:
 
     def destroy(self) -> None:
         """Free the solver's memory (collective)."""
-        for part in (self._snes, self._tangent, self._solution):
-            part.destroy()
+        for part in (self._snes, self._tangent, self._solution, self._softest):
+            if part is not None:
+                part.destroy()
 
     def leave(self) -> None:
         """Free it as soon as all ranks can; any of them may call this alone."""

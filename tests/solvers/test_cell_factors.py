@@ -1,15 +1,19 @@
 """Factors made right from the cells, one for each load case: of the tangent's own blocks, with the same solutions."""
 
+import dolfinx
 import numpy as np
 import pytest
 from blocks import COMM, block, cube, densities, displacements, run, square, tangent
 from mpi4py import MPI
 from petsc4py import PETSc
+from scipy.linalg import eigh
 
 import growthx as gx
 from growthx.solvers import linear_solvers, single_factor
+from growthx.solvers import tangent as tangents
 from growthx.solvers.newton import Newton
 from growthx.solvers.settings import NewtonSettings
+from growthx.solvers.tangent import Softest, negative_pivots
 
 DOUBLE = "CHOLMOD" if COMM.size == 1 else "MUMPS"
 RESTING = {"growing": ("bone",), "material": gx.Material({"bone": 1.0, "implant": 20.0}, 0.25, 1.2)}
@@ -172,3 +176,84 @@ def test_large_load_cases_go_to_multigrid(monkeypatch):
     """Where no memory is for factors, one for each case, the whole tangent is iterated on."""
     monkeypatch.setattr(linear_solvers, "LARGEST_SINGLE", dict.fromkeys(linear_solvers.LARGEST_SINGLE, 0))
     assert linear_solvers.cell_factors(gx.discretise(block(**cases(2)), gx.Q1P0).system) is None
+
+
+def pressed(load, rate, until, second=1.0):
+    """A column under two pressing loads at their own times, which it bears alone, growing stiff, but not together.
+
+    Denser where the mean of their energies is high, it does not yield to one bending both ways at once: what becomes
+    stiffer in one case becomes as much softer in the other.
+    """
+    domain = dolfinx.mesh.create_rectangle(COMM, ((0.0, 0.0), (4.0, 1.0)), (24, 6), dolfinx.mesh.CellType.quadrilateral)
+    ends = {name: lambda x, at=at: np.isclose(x[0], at) for name, at in (("left", 0.0), ("right", 4.0))}
+    presses = [gx.Traction("right", (-load * share, 0.0)) for share in (1.0, second)]
+    return gx.Scene(
+        name="column",
+        mesh=gx.Mesh.with_names(domain, ends),
+        material=gx.Material(young=1.0, poisson=0.2, reference_density=1.0),
+        growth=gx.EnergyDrivenGrowth(attractor=2e-4, rate=rate),
+        supports=(gx.Support("left"),),
+        loads=(),
+        cases=tuple(gx.LoadCase(f"press {n}", 0.5, (press,)) for n, press in enumerate(presses)),
+        program=gx.Program(step=0.1, until=until),
+    )
+
+
+@pytest.mark.parametrize(
+    ("load", "rate", "second", "later"),
+    [(0.005, 1e5, 1.0, False), (0.016, 1e5, 1.0, False), (0.008, 3e3, 0.9, True)],
+    ids=["soft", "heavy", "in a later step"],
+)
+def test_a_saddle_is_noticed_whose_blocks_are_all_definite(load, rate, second, later):
+    """The run ends where full Newton's method ends it, with the same sentence, and no state it took is a saddle."""
+    ends, taken = [], []
+    for full in (False, True):
+        scene = pressed(load, rate, 1.0 if later else 0.4, second)
+        problem, times = gx.discretise(scene, gx.Q1), [0.0]
+        with pytest.raises(gx.EndedEarly, match="the balance that was found is not stable") as caught:
+            for step in gx.march(scene, gx.Q1, problem, full_newton=full):
+                times.append(step.time)
+                assert later or negative_pivots(problem.system) == 0
+        ends.append(times[-1])
+        taken.append(str(caught.value).partition(": the body")[0])
+    assert ends[0] == pytest.approx(ends[1], abs=0.1 + 1e-9 if later else 1e-12)
+    assert later or taken[0] == taken[1]
+
+
+def test_a_stable_run_is_looked_at_without_a_trace(monkeypatch):
+    """To the bit: what is looked for along the way moves nothing, and finds nothing."""
+    scene, looks, look = block(mesh_of(2, gx.Q1P0), **cases(2)), [], Softest.is_indefinite
+
+    def noted(self, *arguments, **options):
+        looks.append(look(self, *arguments, **options))
+        return looks[-1]
+
+    monkeypatch.setattr(Softest, "is_indefinite", noted)
+    _, problem = run(scene, gx.Q1P0)
+    assert looks and not any(looks)
+    monkeypatch.setattr(Newton, "_coupled_directions", lambda newton: 0)
+    _, other = run(scene, gx.Q1P0)
+    assert np.array_equal(problem.system.unknown.x.array, other.system.unknown.x.array)
+    assert np.array_equal(problem.density.x.array, other.density.x.array)
+
+
+def test_the_quotient_is_the_lowest_of_the_whole_tangent_beside_its_blocks(monkeypatch):
+    """Followed long enough it is the lowest eigenvalue, on any number of ranks."""
+    monkeypatch.setattr(tangents, "CLOSE_TO_ZERO", np.inf)
+    monkeypatch.setattr(tangents, "SETTLED", 1e-8)
+    monkeypatch.setattr(tangents, "MOST_STEPS", 60)
+    found, follow = [], Softest._follow
+
+    def noted(self, *arguments):
+        found.append(follow(self, *arguments))
+        return found[-1]
+
+    monkeypatch.setattr(Softest, "_follow", noted)
+    scene = block(mesh_of(2, gx.Q1P0), **cases(2), program=gx.Program(step=0.1, until=0.1))
+    _, problem = run(scene, gx.Q1P0)
+    monkeypatch.setattr(single_factor, "SMALLEST", 10**9)
+    whole = tangent(problem)
+    blocks = np.zeros_like(whole)
+    for places in global_places(problem):
+        blocks[np.ix_(places, places)] = whole[np.ix_(places, places)]
+    assert found[-1] == pytest.approx(eigh(whole, blocks, eigvals_only=True)[0], rel=0.02)

@@ -1,5 +1,6 @@
 """Linear solvers: chosen by kind and size, all of them with the answer of a direct one, and open to PETSc's options."""
 
+import dolfinx
 import numpy as np
 import pytest
 from blocks import COMM, block, cube, densities, gathered, run, square
@@ -256,3 +257,56 @@ def test_multigrid_is_as_chosen_or_as_the_user_has_it(factors, monkeypatch):
     assert database.hasName(name) == mine
     database.delValue(name)
     assert solved.error() < 1.01 * linear_solvers.TOLERANCE
+
+
+def contrasts(cells, shape):
+    """A block of two by one by one: densities 0.02 and 2 in turn, in cubes of an eighth, about a stiff pin.
+
+    By the square of the density neighbours differ 1e4 times in stiffness; the pin is 1000 times as stiff as bone of 1.
+    """
+    counts, kind = [2 * cells, cells, cells], getattr(dolfinx.mesh.CellType, shape)
+    domain = dolfinx.mesh.create_box(COMM, [np.zeros(3), np.array([2.0, 1.0, 1.0])], counts, kind)
+
+    def pin(x, within):
+        across = np.all(np.abs(x[1:] - 0.5) <= 0.125 + within, axis=0)
+        return across & (x[0] >= 1.0 - within)
+
+    return block(
+        gx.Mesh.with_names(
+            domain,
+            {"left": lambda x: np.isclose(x[0], 0.0), "right": lambda x: np.isclose(x[0], 2.0)},
+            {"pin": lambda x: pin(x, 1e-9), "bone": lambda x: ~pin(x, -1e-9)},
+        ),
+        material=gx.Material({"bone": 1.0, "pin": 1000.0}, 0.3, 1.0),
+        growing=("bone",),
+    )
+
+
+@pytest.mark.parametrize(
+    "cells", [8, pytest.param(16, marks=pytest.mark.slow), pytest.param(24, marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize(
+    ("variant", "shape"), [(gx.Q1P0, "hexahedron"), (gx.P1P0, "tetrahedron")], ids=["hexahedra", "tetrahedra"]
+)
+def test_multigrid_bears_what_bones_and_implants_contrast_by(cells, variant, shape, monkeypatch):
+    """Thirty iterations to 1e-8 at any size: Chebyshev's sweeps end without a solution on these tetrahedra."""
+    use_no_factors(monkeypatch)
+    problem = gx.discretise(contrasts(cells, shape), variant)
+    dense = np.sum(np.floor(8 * problem.density_positions() + 1e-9), axis=1) % 2 == 0
+    problem.system.set_density(np.where(dense, 2.0, 0.02))
+    problem.system.begin_step(1e-6, 1e-3)
+    problem.system.out_of_balance()
+    matrix = petsc.create_matrix(problem.system.coupling)
+    assemble_tangent(problem.system, matrix)
+    ksp = PETSc.KSP().create(COMM)
+    ksp.setOptionsPrefix(PREFIX)
+    linear_solvers.set_up(ksp, problem.system, matrix, single=False).refresh()
+    ksp.setTolerances(rtol=1e-8)
+    load, found = matrix.createVecRight(), matrix.createVecRight()
+    load.array_w[:] = problem.system.loads.at(problem.system.state)
+    load.array_w[problem.system.layout.held] = 0.0
+    ksp.solve(load, found)
+    assert ksp.getConvergedReason() > 0 and ksp.getIterationNumber() <= 30
+    rest = (load - matrix * found).array_r.copy()
+    rest[problem.system.layout.held] = 0.0
+    assert np.linalg.norm(gathered(rest)) <= 1.01e-8 * load.norm()
