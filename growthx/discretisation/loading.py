@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from growthx.common.errors import InputError
 from growthx.discretisation.constraints.rigid_faces import RigidFaces, is_of_a_rigid_face
+from growthx.discretisation.constraints.shared_nodes import refuse_conflicts
 from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
 from growthx.fem.lumping import owned
@@ -102,6 +103,7 @@ class Supports:
             for case, space in enumerate(unknowns.subspaces)
             for held in _hold(scene.supports, scene.mesh, space, case)
         ]
+        refuse_conflicts(self.held, scene.timetable, spaces.comm)
         self.conditions = [held.condition for held in self.held]
         self.rigid = RigidFaces(spaces, unknowns)
         self.rigid.refuse_what_is_shared(
