@@ -52,6 +52,7 @@ class Benchmark:
 CATALOGUE = (
     Benchmark("accuracy.convergence", "convergence.md", "about 15 minutes"),
     Benchmark("accuracy.error_vs_runtime", "error_vs_runtime.md", "hours"),
+    Benchmark("accuracy.febio", "febio.md", "about 2 minutes, and the file of FEBio's test suite"),
     Benchmark("accuracy.paper_claims", "docs/paper.md", "about a minute"),
     Benchmark("accuracy.paper_tables", "paper_tables.md", "about 4 minutes"),
     Benchmark("robustness.globalisation", "globalisation.md", "about 7 minutes"),

@@ -66,6 +66,7 @@ RESULTS = (  # benchmarks/results/NAME.md
     "stability",
     "zero_one",
     "weinans",
+    "febio",
     "newton_step",
     "globalisation",
     "profile_runs",

@@ -10,6 +10,7 @@ import numpy as np
 import ufl
 
 from growthx.common.arrays import is_law, is_uniform
+from growthx.common.errors import raise_on_all
 from growthx.discretisation.variants import AtPoints
 from growthx.fem.assembly import average_cells, cell_means
 from growthx.meshing.fields import as_ufl, law_as_ufl
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from growthx.constitutive.energies import Elasticity
     from growthx.constitutive.sources import MassSource
     from growthx.discretisation.spaces import Spaces
+    from growthx.meshing.mesh import Mesh
 
 
 def laws(spaces: Spaces) -> tuple[Elasticity, MassSource]:
@@ -29,11 +31,26 @@ def laws(spaces: Spaces) -> tuple[Elasticity, MassSource]:
     scene, variant = spaces.scene, spaces.variant
     material, growth = law_as_ufl(scene.material, scene.mesh), law_as_ufl(scene.growth, scene.mesh)
     if scene.mesh.dim == 2 and material.across:
+        _refuse_across(material, scene.mesh)
         material = replace(material, **{name: as_ufl(0.0, scene.mesh) for name in material.across})
     if not variant.density.local or isinstance(variant.density, AtPoints) or not variant.one_rule:
         return material, growth
     names = ("reference_density", "density_exponent") + (() if growth.is_linear else material.scales)
     return _by_cells(spaces, material, names), _by_cells(spaces, growth, growth.at_points_alike)
+
+
+def _refuse_across(material: Elasticity, mesh: Mesh) -> None:
+    """Raise InputError where a material in UFL points out of a plane body (collective)."""
+    for name in material.across:
+        field = getattr(material, name)
+        values = field.x.array if isinstance(field, dolfinx.fem.Function) else np.atleast_1d(field.value)
+        worst = float(values[np.abs(values).argmax()]) if len(values) else 0.0
+        raise_on_all(
+            mesh.comm,
+            f"{name} of {type(material).__name__} is {worst:g}, which points out of a plane body: 0 would be right"
+            if worst
+            else "",
+        )
 
 
 def _by_cells(spaces: Spaces, law: Law, names: tuple[str, ...]) -> Law:

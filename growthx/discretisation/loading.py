@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -10,7 +12,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.errors import InputError
+from growthx.common.errors import InputError, raise_on_all
 from growthx.discretisation.constraints.rigid_faces import RigidFaces, is_of_a_rigid_face
 from growthx.discretisation.forms import balances
 from growthx.fem.assembly import assemble
@@ -18,7 +20,7 @@ from growthx.fem.lumping import owned
 from growthx.meshing.fields import interpolate, vector
 from growthx.model.actions.concentrated import NodalLoad
 from growthx.model.actions.faces import Moment, Rotation, cross_matrix
-from growthx.model.actions.histories import peak_of
+from growthx.model.actions.histories import peak_of, share_at
 from growthx.model.actions.rigid import RigidFace
 from growthx.model.loads import Traction
 from growthx.model.open_loads import OpenLoad
@@ -34,7 +36,12 @@ if TYPE_CHECKING:
     from growthx.meshing.mesh import Mesh
     from growthx.model.actions.histories import History
     from growthx.model.loads import Load
+    from growthx.model.program import Program
     from growthx.model.supports import Support
+
+
+LOOKED_AT = 100  # times at which supports that share nodes are compared
+ALIKE = 1e-9  # of the largest displacement that either prescribes
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,7 @@ class Supports:
             for case, space in enumerate(unknowns.subspaces)
             for held in _hold(scene.supports, scene.mesh, space, case)
         ]
+        _refuse_conflicts(self.held, scene.timetable, spaces.comm)
         self.conditions = [held.condition for held in self.held]
         self.rigid = RigidFaces(spaces, unknowns)
         self.rigid.refuse_what_is_shared(
@@ -266,6 +274,44 @@ def _hold(
                 found = replace(found, value=mesh.comm.allreduce(most, MPI.MAX))
             held.append(found)
     return held
+
+
+def _refuse_conflicts(held: list[Held], timetable: Program, comm: MPI.Comm) -> None:
+    """Raise InputError where two supports hold an unknown at two displacements at any time looked at (collective)."""
+    times = timetable.times()
+    times = times[:: math.ceil(len(times) / LOOKED_AT)]
+    problem = ""
+    found, counts = np.unique(
+        np.concatenate([np.empty(0, np.int32), *(each.dofs for each in held)]), return_counts=True
+    )
+    both = found[counts > 1]
+    try:
+        for one, other in itertools.combinations([each for each in held if np.isin(each.dofs, both).any()], 2):
+            problem = problem or _conflict(one, other, times, timetable)
+    except InputError as error:  # of a history, on a rank with such nodes alone
+        problem = str(error)
+    raise_on_all(comm, problem)
+
+
+def _conflict(one: Held, other: Held, times: Floats, timetable: Program) -> str:
+    """What is wrong with two, or nothing."""
+    _, of_one, of_other = np.intersect1d(one.dofs, other.dofs, return_indices=True)
+    if not len(of_one):
+        return ""
+    for time in map(float, times):
+        shares = [
+            timetable.amplitude(time) if each.history is None else share_at(each.history, time) for each in (one, other)
+        ]
+        first, second = one.at(shares[0]), other.at(shares[1])
+        apart = np.abs(first[of_one] - second[of_other])
+        worst = int(apart.argmax())
+        if apart[worst] > ALIKE * max(np.abs(first).max(), np.abs(second).max()):
+            return (
+                f"the supports '{one.boundary}' and '{other.boundary}' share nodes, and hold them along "
+                f"{'xyz'[one.direction]} at {first[of_one][worst]:.6g} and {second[of_other][worst]:.6g} at "
+                f"t = {time:g}: one displacement, or a direction that one of them leaves free, would be right"
+            )
+    return ""
 
 
 def _as_it_is(share: float) -> float:

@@ -487,3 +487,23 @@ def test_the_check_of_a_state_takes_them():
         scene = tiny(gx.LinearElasticity(17e3, NU, 1.2))
         scene = replace(scene, growth=replace(scene.growth, exponent=exponent))
         assert gx.wellposedness.check(gx.solve(scene, gx.Q1P0).problem).holds == holds
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize(
+    "direction",
+    [
+        (0.0, 0.0, 1.0),
+        (1.0, 0.0, -1.0),
+        lambda x: np.stack([np.ones(x.shape[1]), 0 * x[0], x[0]]),
+        np.array([[1.0, 0.0, 0.0]] * 3 + [[1.0, 0.0, 0.5]]),
+    ],
+    ids=["across", "oblique", "function", "cells"],
+)
+def test_fibres_out_of_a_plane_body_are_refused(plane, direction):
+    """Their part across was left out, and with all of it across there was no direction left."""
+    material = gx.FibredNeoHooke.along(direction, E, poisson=NU, fibre=3.0)
+    with pytest.raises(
+        InputError, match=r"^fibre_z of FibredNeoHooke is .*, which points out of a plane body: 0 would"
+    ):
+        gx.discretise(block(square(2), material=material, plane=plane), gx.Q1)

@@ -48,7 +48,7 @@ def iterate(variant, **changes):
         growth=gx.EnergyDrivenGrowth(
             attractor=lambda x: change["psi"] * (0.02 + 0.03 * x[1]), rate=5.0 * change["c"], exponent=3.0 * change["m"]
         ),
-        supports=(gx.Support("left"), gx.Support("bottom", (None, 0.05))),
+        supports=(gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.05))),
         initial_density=lambda x: 1.1 + 0.2 * x[0] - 0.1 * x[1],
     )
     problem = gx.discretise(scene, variant)

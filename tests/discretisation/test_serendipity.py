@@ -43,7 +43,8 @@ def test_prescribed_displacements_hold_along_the_whole_edge(variant):
 @variants
 def test_a_support_moves_with_the_load(variant):
     """Half of the ramp, half of the way: also between the corners, at the step itself."""
-    scene = block(square(2, 0.08), supports=(gx.Support("left"), gx.Support("top", (None, 0.1))), loads=())
+    rollers = (gx.Support("left", (0.0, None)), gx.Support("bottom", (None, 0.0)))
+    scene = block(square(2, 0.08), supports=(*rollers, gx.Support("top", (None, 0.1))), loads=())
     problem = gx.discretise(scene, variant)
     next(gx.march(scene, variant, problem))
     x, u = field(problem, along_edges("quadrilateral"))

@@ -28,7 +28,7 @@ class FibredNeoHooke(ByModuli, replaceable=()):
     Fibres bear tension and compression alike; it is not elliptic where they are much compressed.
     fibre: k (stress), what a fibre adds to the modulus along it at small strains, a number or a field, at least 0.
     fibre_x, fibre_y, fibre_z: components of a direction of any length but zero (no unit), numbers or fields; see
-    `along` for one field of directions.  In the plane fibres lie in it.  Other parameters: see `ByModuli`.
+    `along` for one field of directions.  In a plane body fibres lie in its plane.  Other parameters: see `ByModuli`.
 
     Example:
         >>> bone = gx.FibredNeoHooke(young=500.0, fibre=1000.0, fibre_x=0.0, fibre_y=1.0)

@@ -7,6 +7,7 @@ there is one, shared between the unknowns of the cell elsewhere.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -128,6 +129,12 @@ class NodalForces(NodalLoad, replaceable=()):
     def _checked_force(self) -> tuple[Any, ...]:
         what = f"the force {self.place}"
         if np.ndim(self.force) < 2:
+            counts = Counter(map(str, self.nodes)) if isinstance(self.nodes, tuple) else {}
+            if twice := next((node for node, count in counts.items() if count > 1), None):
+                raise InputError(
+                    f"the nodes of {what} have {twice} among them {counts[twice]} times, and it is of each node: each "
+                    "once, or a row of forces for each number, would be right"
+                )
             return require_vector(self.force, what)
         rows = tuple(require_vector(tuple(row), f"a row of {what}") for row in self.force)
         if not isinstance(self.nodes, tuple) or len(rows) != len(self.nodes):

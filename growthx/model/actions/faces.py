@@ -160,6 +160,16 @@ class Rotation(Held, replaceable=()):
                 raise InputError(
                     f"{name}, of the rotation of '{self.on}', has {len(value)} entries: it needs {entries}"
                 )
+        if dim == 2 and self.axis is not None:
+            raise InputError(
+                f"the rotation of '{self.on}' has an axis, and its body is plane, in which angles are from x to y: no "
+                "axis, and an angle of that sign, would be right"
+            )
+        if any(direction >= dim for direction in self.free):
+            raise InputError(
+                f"the rotation of '{self.on}' is free along direction {max(self.free)} of a body in {dim} dimensions: "
+                f"directions from 0 to {dim - 1} would be right"
+            )
         if dim == 3 and (self.axis is None or not any(self.axis)):
             raise InputError(
                 f"the rotation of '{self.on}' has no axis: (x, y, z), not all of them zero, would be right"

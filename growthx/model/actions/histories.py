@@ -144,16 +144,24 @@ def _rows_of(path: Path) -> list[tuple[float, float]]:
         if not text or text.startswith("#"):
             continue
         words = [word for word in text.replace(";", " ").replace(",", " ").split() if word]
-        try:
-            first, second = map(float, words)
-            rows.append((first, second))
-        except ValueError:
-            if rows or named:
-                raise InputError(
-                    f"line {number} of the history {path} is {shown(text)}: two numbers, time and share, would be right"
-                ) from None
+        numbers = [value for word in words if (value := _number(word)) is not None]
+        if len(words) == len(numbers) == 2:
+            rows.append((numbers[0], numbers[1]))
+        elif rows or named or len(words) == len(numbers):
+            raise InputError(
+                f"line {number} of the history {path} is {shown(text)}: two numbers, time and share, with a point "
+                "before decimals, would be right"
+            )
+        else:
             named = True  # the names of the columns
     return rows
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
 
 
 def check_history(history: Any, what: str) -> None:

@@ -233,3 +233,11 @@ def test_what_cannot_act_is_refused(load, sentence):
     with pytest.raises(InputError) as caught:
         block(square(2), loads=(load(),))
     assert sentence in str(caught.value) and len(set(COMM.allgather(str(caught.value)))) == 1
+
+
+def test_a_node_twice_in_a_list_is_refused():
+    """It bore the force twice, where each node has it once; two rows for a node are two forces on it."""
+    with pytest.raises(InputError, match="have 3 among them 2 times, and it is of each node: each once"):
+        gx.NodalForces((3, 1, 3), (1.0, 0.0))
+    mesh = square(2)
+    assert gx.NodalForces((3, 3), ((1.0, 0.0), (0.0, 2.0))).total(mesh) == pytest.approx([1.0, 2.0])

@@ -213,3 +213,17 @@ def test_a_turned_boundary_goes_with_a_table():
     steps, problem = run(replace(scene, program=gx.Program(0.1, 0.4)), gx.Q1, tolerance=1e-12)
     assert np.abs(steps[1].reactions["right"]).max() > 1e-3
     assert displacements(problem)[:, 2:] == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("turn", "told"),
+    [
+        ({"axis": (0.0, 0.0, -1.0)}, "has an axis, and its body is plane, in which angles are from x to y"),
+        ({"free": (2,)}, "is free along direction 2 of a body in 2 dimensions: directions from 0 to 1"),
+    ],
+)
+def test_words_of_space_are_refused_in_the_plane(turn, told):
+    """An axis was left out without a word, and with it the sign of the angle."""
+    scene = block(square(1), growth=STILL, supports=(gx.Support("left"), gx.Rotation("right", 0.1)), loads=())
+    with pytest.raises(InputError, match=told):
+        replace(scene, supports=(gx.Support("left"), gx.Rotation("right", 0.1, **turn)))

@@ -60,7 +60,9 @@ def test_what_is_no_table_is_refused(rows, sentence):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("t,share\n0,0\n1;x\n", "line 3 of the history .*csv is '1;x': two numbers, time and share, would be right"),
+        ("t,share\n0,0\n1;x\n", "line 3 of the history .*csv is '1;x': two numbers, time and share, with a point"),
+        ("0,0,0\n1,1\n", "line 1 of the history .*csv is '0,0,0': two numbers"),
+        ("0,5;1,0\n1,0;2,0\n", "line 1 of the history .*csv is '0,5;1,0': two numbers, time and share, with a point"),
         ("0,0\n2,1\n1,1\n", "csv: row 3 of a table of a history has t = 1 after t = 2"),
         ("a\nb\n", "line 2 of the history"),
         (None, "cannot be read .No such file or directory.: a file of two columns would be right"),
