@@ -8,7 +8,7 @@ import sys
 import time
 from dataclasses import asdict, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from growthx.cli import picture, scan, states
 from growthx.cli.changes import laws, loads
@@ -17,6 +17,7 @@ from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
     from growthx.discretisation.variants import Variant
+    from growthx.meshing.mesh import Mesh
     from growthx.model.scene import Scene
     from growthx.stepping.control import Stepping
     from growthx.stepping.record import Result
@@ -100,8 +101,7 @@ def run(command: SceneCommand, options: argparse.Namespace) -> int:
     if scanned is not None:
         scene = replace(scene, initial_density=scanned)
     setup = time.perf_counter() - start
-    picture.check(options, scene.mesh, command)
-    states.check(options, scene.mesh.comm)
+    check_kept(options, scene.mesh, command)
     variant = variant or variants.default(scene.mesh.cell_name)
     result, status = _solved(scene, variant, stepping, options)
     result.setup_s += setup
@@ -139,6 +139,27 @@ def adapted(scene: Scene, options: argparse.Namespace) -> Scene:
     return scene
 
 
+def check_kept(options: argparse.Namespace, mesh: Mesh, command: SceneCommand) -> None:
+    """Refuse, before a long run, what could not be drawn or kept of it as asked for (collective)."""
+    from growthx.results.plan import check_plan
+
+    picture.check(options, mesh, command)
+    states.check(options, mesh.comm)
+    check_plan(**_kept(options), watch=None)
+
+
+def _kept(options: argparse.Namespace) -> dict[str, Any]:
+    """What a run keeps, and what it goes on from, as `solve` takes it."""
+    return {
+        "out": options.out,
+        **states.chosen(options),
+        "checkpoint": options.checkpoint,
+        "resume": _source(options),
+        "refuge": LAST_STATE,
+        "fields": None if options.fields is None else [name.strip() for name in options.fields.split(",")],
+    }
+
+
 def _solved(scene: Scene, variant: Variant, stepping: Stepping, options: argparse.Namespace) -> tuple[Result, int]:
     """The result of a run as far as it got, and the exit status of how it ended."""
     from growthx.cli import report
@@ -149,15 +170,10 @@ def _solved(scene: Scene, variant: Variant, stepping: Stepping, options: argpars
             result = solve(
                 scene,
                 variant,
-                out=options.out,
-                **states.chosen(options),
+                **_kept(options),
                 watch=watch,
                 stepping=stepping,
                 full_newton=options.full_newton,
-                checkpoint=options.checkpoint,
-                resume=_source(options),
-                refuge=LAST_STATE,
-                fields=None if options.fields is None else [name.strip() for name in options.fields.split(",")],
             )
     except (RunEndedEarly, RunNotWritten) as ended:
         if scene.mesh.comm.rank == 0:

@@ -111,26 +111,23 @@ def femur3d(
         >>> [case.name for case in gx.scenes.femur3d(size=12.0, body_weight=600.0).cases]
         ['walking', 'one-legged stance', 'standing up']
     """
-    _check_weight(body_weight)
-    require_flag(separate, "separate, of the activities,")
-    used = _used(activities, weights)
-    program = Program(step=step, until=until, ramp=step)
+    daily = plan(body_weight, activities, weights, separate, n=n, m=m, step=step, until=until)
     mesh = _mesh(mesh, size, left, shape, trusted, comm)
     refuse_without_names(mesh)
     bone = measure(mesh)
     cases = {
         activity.name: (weight, _forces(activity, body_weight * (1 if separate else weight), mesh, bone))
-        for activity, weight in used
+        for activity, weight in daily.used
     }
     scene = Femur3d(
         name="femur in space",
         mesh=mesh,
-        material=Material(**MATERIAL, density_exponent=n),
-        growth=EnergyDrivenGrowth(**GROWTH, exponent=m),  # type: ignore[arg-type]
+        material=daily.material,
+        growth=daily.growth,
         supports=(Support("distal"),),
         loads=() if separate else tuple(force for _, forces in cases.values() for force in forces),
         cases=tuple(LoadCase(name, weight, forces) for name, (weight, forces) in cases.items() if separate),
-        program=program,
+        program=daily.program,
         initial_density=START,
         anatomy=bone,
         zones=MappingProxyType(_zones(mesh, bone, zones)),
@@ -138,6 +135,41 @@ def femur3d(
     )
     loaded_areas(scene)
     return scene
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a femur is to bear, of what and for how long, known without its mesh.
+
+    used: the activities that have a part of the day, with their parts.
+    """
+
+    used: tuple[tuple[Activity, float], ...]
+    material: Material
+    growth: EnergyDrivenGrowth
+    program: Program
+
+
+def plan(
+    body_weight: float,
+    activities: tuple[Activity, ...],
+    weights: tuple[float, ...],
+    separate: bool,
+    *,
+    n: float,
+    m: float,
+    step: float,
+    until: float,
+) -> Plan:
+    """Arguments of `femur3d`; InputError for those that no mesh makes right: one is made, or read, after them."""
+    _check_weight(body_weight)
+    require_flag(separate, "separate, of the activities,")
+    return Plan(
+        tuple(_used(activities, weights)),
+        Material(**MATERIAL, density_exponent=n),
+        EnergyDrivenGrowth(**GROWTH, exponent=m),  # type: ignore[arg-type]
+        Program(step=step, until=until, ramp=step),
+    )
 
 
 def _check_weight(newtons: Any) -> None:

@@ -108,6 +108,25 @@ def test_bad_input_of_a_stem(options, sentence, in_process):
     assert err.startswith("growthx: ") and err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--picture", "p.txt"], "p.txt has the suffix '.txt'"),
+        (["--frames", "5"], "but nowhere: a folder to write to is needed"),
+        (["--out", "new", "--fields", "moon"], "moon"),
+        (["--out", "new", "--every", "0"], "0"),
+        (["--checkpoint", "2"], "but nowhere: a folder to write to is needed"),
+    ],
+)
+def test_what_cannot_be_kept_is_refused_before_the_intact_femur_grows(options, sentence, in_process, monkeypatch):
+    """Minutes earlier: what is kept and drawn is the second run's, and was looked at when that began."""
+    monkeypatch.setattr("growthx.run.solve", lambda *_, **__: pytest.fail("something was solved"))
+    status, out, err = in_process("stem", *options)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.startswith("growthx: ") and err.count("\n") == 1
+
+
 def test_the_command_in_space(in_process, tmp_path):
     """The table of the script, of two runs to equilibrium, and the picture."""
     options = ("--size", "9", "--adaptive", "2e-2", "--equilibrium", "1e-3", "--weights", "1", "0", "0", "--variant")
@@ -132,10 +151,23 @@ def test_the_command_in_space(in_process, tmp_path):
         (["--exponents", "2", "2.5", "1", "1.25"], "--exponents is of bone alone"),
         (["--ct", "a.nii", "--hu", "0,1"], "bone around a stem begins with that of the intact femur"),
         (["--natural", "--stem-head", "12"], "--stem-head 12 is of a stem, and with --natural the femur keeps its own"),
+        (["--weights", "0", "0", "0"], "no activity has a weight"),
+        (["--weights", "1", "-1", "0"], "the weight of an activity is -1"),
+        (["--body-weight", "0"], "the body weight (N) is 0"),
+        (["--combination", "none"], "there is no load combination 'none' in space"),
+        (["--material", "-5"], "Young's modulus of the stem (MPa) is -5"),
+        (["--difference", "d.txt"], "d.txt has the suffix '.txt'"),
+        (["--variant", "P9"], "P9"),
+        (["--n", "-1"], "is -1"),
+        (["--step", "0"], "is 0"),
+        (["--intact", "0"], "the end time is 0"),
+        (["--until", "-2"], "the end time is -2"),
+        (["--adaptive", "0"], "is 0"),
     ],
 )
-def test_bad_input_of_a_stem_in_space(options, sentence, in_process):
+def test_bad_input_of_a_stem_in_space(options, sentence, in_process, monkeypatch):
     """One sentence before gmsh is asked."""
+    monkeypatch.setattr("growthx.meshing.files.read", lambda *_, **__: pytest.fail("a mesh was made"))
     status, out, err = in_process("stem3d", *options)
     assert (status, out) == (2, "")
     assert sentence in err and err.startswith("growthx: ") and err.count("\n") == 1

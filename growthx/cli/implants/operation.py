@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from growthx.cli.command import Command, SceneCommand
-from growthx.cli.scene_run import adapted, arguments, run, stepping_of
+from growthx.cli.scene_run import adapted, arguments, check_kept, run, stepping_of
 from growthx.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,6 +51,19 @@ class Operation(ABC):
             self.name, self.help, self.add, self.build, self.read, self.show, "g/cm³", in_space=self.in_space
         )
 
+    def check(self, options: argparse.Namespace) -> None:
+        """Refuse what no mesh would make right: none is made for it.  Each command adds what is its own."""
+        if options.ct is not None:
+            raise InputError(
+                f"--ct {options.ct} is a density to begin with, and bone around a stem begins with that of the intact "
+                "femur: the command of the femur without a stem would be right"
+            )
+        if options.exponents is not None:
+            raise InputError(
+                "--exponents is of bone alone, and n tells by which cortex a stem is scaled and how stiff one of bone "
+                "is: --n would be right"
+            )
+
     @abstractmethod
     def mesh(self, options: argparse.Namespace) -> Mesh:
         """The bone with the stem."""
@@ -87,6 +100,8 @@ class Operation(ABC):
 
     def build(self, options: argparse.Namespace) -> Scene:
         """The scene with the stem, after the intact femur has grown."""
+        from mpi4py import MPI
+
         from growthx.cli import report
         from growthx.common.checks import check_picture
         from growthx.discretisation.transfers.transfer import transfer
@@ -94,20 +109,12 @@ class Operation(ABC):
         from growthx.post.comparing.picture import IMAGES
         from growthx.run import solve
 
-        if options.ct is not None:
-            raise InputError(
-                f"--ct {options.ct} is a density to begin with, and bone around a stem begins with that of the intact "
-                "femur: the command of the femur without a stem would be right"
-            )
-        if options.exponents is not None:
-            raise InputError(
-                "--exponents is of bone alone, and n tells by which cortex a stem is scaled and how stiff one of bone "
-                "is: --n would be right"
-            )
+        self.check(options)
         self._young, self._difference = _young(options.material), options.difference
-        mesh = self.mesh(options)
         if options.difference is not None:
-            check_picture(options.difference, IMAGES, mesh.comm)
+            check_picture(options.difference, IMAGES, MPI.COMM_WORLD)
+        mesh = self.mesh(options)
+        check_kept(options, mesh, self._scene())
         femur = self.femur(options, mesh)
         # What the scene with the stem would refuse is refused before the intact femur has grown.
         young = 1.0 if self._young is None else self._young
@@ -166,6 +173,7 @@ class Operation(ABC):
 
 def _young(material: str) -> float | None:
     """Young's modulus of a stem of a material (MPa); None for bone."""
+    from growthx.common.checks import require_number
     from growthx.scenes.stem import METALS
 
     if material == BONE:
@@ -173,8 +181,10 @@ def _young(material: str) -> float | None:
     if material in METALS:
         return METALS[material]
     try:
-        return float(material)
+        found = float(material)
     except ValueError:
         raise InputError(
             f"--material {material} is none: {', '.join(METALS)}, {BONE} or Young's modulus in MPa would be right"
         ) from None
+    require_number(found, "Young's modulus of the stem (MPa)", "a positive number", lambda E: E > 0)
+    return found

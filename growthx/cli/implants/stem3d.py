@@ -50,34 +50,49 @@ class Stem3d(Operation):
         )
         add_exponents(parser)
 
-    def mesh(self, options: argparse.Namespace) -> Mesh:
-        """The bone with the stem."""
-        if options.natural and options.stem_head is not None:
-            raise InputError(
-                f"--stem-head {options.stem_head:g} is of a stem, and with --natural the femur keeps its own: one of "
-                "the two would be right"
-            )
-        return self._mesh(options, natural=options.natural)
+    def check(self, options: argparse.Namespace) -> None:
+        """The same, and the loads, and lengths of a stem and of a femur that are not there together."""
+        from growthx.scenes.femur3d import ACTIVITIES, plan
 
-    def femur(self, options: argparse.Namespace, mesh: Mesh) -> Scene:
-        """The intact femur, in the same cells."""
-        from growthx.scenes.femur3d import DAILY, femur3d
-
+        super().check(options)
         if options.combination not in COMBINATIONS:
             raise InputError(
                 f"there is no load combination '{options.combination}' in space: one of {', '.join(COMBINATIONS)} "
                 "would be right"
             )
-        return femur3d(
-            mesh if options.natural else self._mesh(options, natural=True),
-            body_weight=options.body_weight,
-            weights=tuple(options.weights or DAILY),
-            separate=COMBINATIONS[options.combination],
-            n=options.n,
-            m=options.m,
-            step=options.step,
-            until=options.intact,
-        )
+        day = self._day(options)
+        plan(activities=ACTIVITIES, **day, until=options.intact)
+        plan(activities=ACTIVITIES, **day, until=options.until)
+        if options.natural and options.stem_head is not None:
+            raise InputError(
+                f"--stem-head {options.stem_head:g} is of a stem, and with --natural the femur keeps its own: one of "
+                "the two would be right"
+            )
+
+    def mesh(self, options: argparse.Namespace) -> Mesh:
+        """The bone with the stem."""
+        return self._mesh(options, natural=options.natural)
+
+    def femur(self, options: argparse.Namespace, mesh: Mesh) -> Scene:
+        """The intact femur, in the same cells."""
+        from growthx.scenes.femur3d import femur3d
+
+        whole = mesh if options.natural else self._mesh(options, natural=True)
+        return femur3d(whole, **self._day(options), until=options.intact)
+
+    @staticmethod
+    def _day(options: argparse.Namespace) -> dict[str, Any]:
+        """What the femur bears, of what, by which steps."""
+        from growthx.scenes.femur3d import DAILY
+
+        return {
+            "body_weight": options.body_weight,
+            "weights": tuple(options.weights or DAILY),
+            "separate": COMBINATIONS[options.combination],
+            "n": options.n,
+            "m": options.m,
+            "step": options.step,
+        }
 
     def with_stem(
         self, options: argparse.Namespace, mesh: Mesh, density: Any, femur: Scene, young: float | None
