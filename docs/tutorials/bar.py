@@ -47,7 +47,7 @@ def exact(x):
 
 
 gx.plots.along_length(
-    {name: result.problem for name, result in results.items()},
+    results,
     "bar.png",
     lower_edge(DISCONTINUOUS, 200),
     exact={"in equilibrium": exact},

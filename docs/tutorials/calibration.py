@@ -44,7 +44,7 @@ def densities(*parameters, **others):
 
     def watch(result):
         if any(np.isclose(result.time, VISITS)):
-            seen.extend(gx.zones.area_means(result.problem, QUARTERS).values())
+            seen.extend(gx.zones.area_means(result, QUARTERS).values())
 
     gx.solve(model(*parameters, **others), gx.Q1P0, watch=watch)
     return np.array(seen)
@@ -110,7 +110,7 @@ print(f"{fit.nfev} evaluations, χ² = {2 * fit.cost:.1f} of {len(measured) - 2}
 assert all(abs(np.log(found / np.array(list(TRUE.values())))) < 3 * spread)
 
 # %%
-ended = {name: gx.solve(model(*each), gx.Q1P0).problem for name, each in (("true", TRUE.values()), ("fitted", found))}
+ended = {name: gx.solve(model(*each), gx.Q1P0) for name, each in (("true", TRUE.values()), ("fitted", found))}
 gx.plots.densities(ended, "fitted.png")
 
 # %% [markdown]

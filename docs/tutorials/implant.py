@@ -51,7 +51,7 @@ print(after.growing, after.material.young, after.program.ramp)
 # %%
 start = gx.discretise(after, gx.Q1P0)
 result = gx.solve(after, gx.Q1P0, stepping=steps)
-before, now = (gx.zones.area_means(problem, after.zones) for problem in (start, result.problem))
+before, now = (gx.zones.area_means(problem, after.zones) for problem in (start, result))
 for zone in after.zones:
     print(f"{zone}: {before[zone]:.3f} → {now[zone]:.3f} g/cm³, {now[zone] / before[zone] - 1:+.1%}")
 
@@ -72,8 +72,7 @@ own = gx.scenes.stem_mesh(natural=True)
 control_scene = gx.scenes.stem(own, gx.transfer(intact, own, gx.Q1P0, outside=1.2), head_radius=24.0, until=600.0)
 control = gx.solve(control_scene, gx.Q1P0, stepping=steps)
 at_first, at_last = (
-    gx.zones.area_means(problem, control_scene.zones)
-    for problem in (gx.discretise(control_scene, gx.Q1P0), control.problem)
+    gx.zones.area_means(problem, control_scene.zones) for problem in (gx.discretise(control_scene, gx.Q1P0), control)
 )
 for zone in after.zones:
     lost, control_lost = now[zone] / before[zone] - 1, at_last[zone] / at_first[zone] - 1

@@ -39,7 +39,7 @@ print(f"mass {last.mass:.6f}, ρ from {last.min_density:.3f} to {last.max_densit
 
 # %%
 planes = [((1.0, 0.5, 0.5), (0.0, 0.0, 1.0)), ((0.25, 0.5, 0.5), (1.0, 0.0, 0.0))]
-gx.plots.slices(result.problem, "block.png", planes)
+gx.plots.slices(result, "block.png", planes)
 
 # %% [markdown]
 # ![Two slices through the block: along it, and across it near the clamped end](block.png)

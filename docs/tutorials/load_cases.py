@@ -44,7 +44,7 @@ print(ways["stimulus"])
 
 # %%
 results = {name: gx.solve(femur, gx.Q1P0, stepping=gx.AdaptiveSteps(1e-2)) for name, femur in ways.items()}
-gx.plots.densities({name: result.problem for name, result in results.items()}, "cases.png")
+gx.plots.densities(results, "cases.png")
 
 # %% [markdown]
 # ![Density of the femur by three ways to combine the load cases](cases.png)
@@ -54,7 +54,7 @@ gx.plots.densities({name: result.problem for name, result in results.items()}, "
 # `scene.zones` are polygons with names; `gx.zones.area_means` has the mean density of each.
 
 # %%
-means = {name: gx.zones.area_means(result.problem, ways[name].zones) for name, result in results.items()}
+means = {name: gx.zones.area_means(result, ways[name].zones) for name, result in results.items()}
 print(f"{'mean density (g/cm³)':24}", *(f"{name:>11}" for name in means))
 for zone in ways["average"].zones:
     print(f"{zone:24}", *(f"{mean[zone]:11.3f}" for mean in means.values()))
@@ -70,7 +70,7 @@ for zone in ways["average"].zones:
 
 # %%
 gait = gx.solve(gx.scenes.femur(size=6.0, weights=(AVERAGE[0], 0.0, 0.0), separate=True), gx.Q1P0)
-alone = gx.zones.area_means(gait.problem, ways["stimulus"].zones)
+alone = gx.zones.area_means(gait, ways["stimulus"].zones)
 for zone, mean in means["stimulus"].items():
     print(f"{zone:24} gait alone {alone[zone] - mean:+.3f} g/cm³")
 

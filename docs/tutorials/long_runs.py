@@ -116,11 +116,11 @@ folder.cleanup()
 #
 # - Ctrl-C, and the SIGTERM of a scheduler, let a step end and save the state; then the exit status is 130 or 143, and
 #   `resume` goes on from there. mpirun forwards SIGUSR1 to its ranks, which does the same.
-# - A run may go on to a later end: `--until 200 --resume long` on the command line; on another number of ranks it is
-#   equal but for round-off.
+# - A run may go on to a later end, `until=` of a scene or `--until` on the command line; on another number of ranks it
+#   is equal but for round-off.
 # - A checkpoint is one of *this* run: with another mesh, law or variant it is refused. To begin another run where one
 #   has ended there is `gx.transfer(gx.read_density("out"), mesh, variant)`.
 #
 # **Vary it.** The same on the command line: `growthx plate --out out --checkpoint 5`, then `growthx plate --out out
-# --checkpoint 5 --resume`. [When a run meets trouble](../docs/robustness.md) tells what a run does about steps that
-# fail.
+# --checkpoint 5 --resume`; `--until 5` goes on beyond its end. [When a run meets trouble](../docs/robustness.md) tells
+# what a run does about steps that fail.

@@ -61,7 +61,7 @@ for name, law in laws.items():
 # ∂R₀/∂ρ of all points, and the negative pivots of the tangent for long times.
 
 # %%
-print(gx.wellposedness.check(result.problem))
+print(gx.wellposedness.check(result))
 
 # %% [markdown]
 # **Vary it.** `bounds` keep the density between two values, and a `dead_zone` leaves small differences without

@@ -130,7 +130,7 @@ print(f"ρ = {own.problem.mean_density():.6f}, of one point {exact:.6f}")
 assert abs(own.problem.mean_density() / exact - 1) < 1e-6
 
 # %%
-gx.plots.densities({"E and n per region": result.problem, "an energy of one's own": own.problem}, "strip.png")
+gx.plots.densities({"E and n per region": result, "an energy of one's own": own}, "strip.png")
 
 # %% [markdown]
 # ![The pulled strip with two regions, and with an energy of one's own](strip.png)

@@ -52,7 +52,7 @@ right = gx.DistributedForce("right half", (-0.01, -0.03))
 
 
 def column(loads=(), cases=()):
-    """The column under loads, or under load cases."""
+    """The column under loads, which act together, or under load cases; a scene may have either, or both."""
     return gx.Scene(
         name="column",
         mesh=mesh,
@@ -84,8 +84,7 @@ for name, scene in {"in turn": in_turn, "together": together}.items():
     print(f"{name:9} mass {last.mass:.4f}, ρ from {low:.3f} to {high:.3f}")
 
 # %%
-problems = {name: result.problem for name, result in results.items()}
-gx.plots.densities(problems, "column.png")
+gx.plots.densities(results, "column.png")
 
 # %% [markdown]
 # ![Density of the column under loads in turn and together](column.png)

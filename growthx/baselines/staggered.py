@@ -115,7 +115,7 @@ def update(
         )
     if problem is None:
         problem = frozen(scene, variant)
-    require_problem(problem)
+    problem = require_problem(problem)
     if not problem.scene.growth.is_still:
         raise InputError("the problem to be updated grows by itself: one from `baselines.frozen` would be right")
     check_problem_of(problem, _at_rest(scene), variant)

@@ -18,6 +18,7 @@ def _bar_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--elements", 40, int, "number of elements along the bar; the paper takes 10, 40 and 100")
     add_option(parser, "--shape", "quadrilateral", str, SHAPE)
     add_option(parser, "--step", 0.1, float, "time step")
+    add_option(parser, "--until", 6.0, float, "end time")
     add_exponents(parser)
     add_former(parser, problem="kind", cells="shape", dt="step")
 
@@ -25,7 +26,8 @@ def _bar_arguments(parser: argparse.ArgumentParser) -> None:
 def _bar(options: argparse.Namespace) -> Scene:
     from growthx.scenes.bar import bar
 
-    return bar(options.kind, options.elements, shape=options.shape, n=options.n, m=options.m, step=options.step)
+    kept = {name: getattr(options, name) for name in ("shape", "n", "m", "step", "until")}
+    return bar(options.kind, options.elements, **kept)
 
 
 def _read_bar(result: Result) -> Mapping[str, Any]:

@@ -17,13 +17,14 @@ def _plate_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--elements", 64, int, "number of elements over the height, twice as many along it")
     add_option(parser, "--shape", "quadrilateral", str, SHAPE)
     add_option(parser, "--step", 0.1, float, "time step")
+    add_option(parser, "--until", 2.5, float, "end time")
     add_former(parser, n="elements", cells="shape")
 
 
 def _plate(options: argparse.Namespace) -> Scene:
     from growthx.scenes.plate import plate
 
-    return plate(options.elements, shape=options.shape, step=options.step)
+    return plate(options.elements, shape=options.shape, step=options.step, until=options.until)
 
 
 def _read_plate(result: Result) -> Mapping[str, Any]:
@@ -46,7 +47,7 @@ PLATE = SceneCommand(
 def _weinans_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--elements", 40, int, "number of elements along each side")
     add_option(parser, "--step", 1.0, float, "time step")
-    add_option(parser, "--until", 100.0, float, "end of the run")
+    add_option(parser, "--until", 100.0, float, "end time")
     add_former(parser, n="elements", dt="step")
 
 

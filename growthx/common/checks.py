@@ -109,6 +109,11 @@ def require_whole(value: Any, what: str) -> None:
         raise InputError(f"{what} is {shown(value)}: a whole number from 1 would be right")
 
 
+def is_whole(value: Any, lowest: int, highest: int) -> bool:
+    """Whether a value is a whole number between two, NumPy's ones included."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and lowest <= int(value) <= highest
+
+
 def require_path(value: Any, what: str) -> None:
     """Refuse what names no place on disk."""
     require_kind(value, (str, os.PathLike), what, "its path")

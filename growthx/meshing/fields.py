@@ -154,7 +154,10 @@ def _numbers(function: Callable[[Floats], Any], x: Floats) -> Floats:
     except InputError:
         raise
     except Exception as error:  # on one rank, perhaps: as it is, it would leave the others waiting
-        raise InputError(f"a function of position failed, {shown(error)}: numbers would be right") from error
+        raise InputError(
+            f"a function of position failed, {shown(error)}: one of x alone, an array of shape (3, points), that "
+            "returns a number for each point, by numpy.where instead of if, would be right"
+        ) from error
     try:
         values = np.asarray(found)
         if np.iscomplexobj(values) or values.dtype == bool:

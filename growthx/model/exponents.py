@@ -14,6 +14,7 @@ from mpi4py import MPI
 from growthx.common.arrays import is_law, is_uniform
 from growthx.common.checks import require_kind
 from growthx.common.errors import InputError
+from growthx.common.overrides import is_foreign
 from growthx.constitutive.energies import Elasticity
 from growthx.constitutive.growth import GrowthLaw
 from growthx.constitutive.weights import DensityWeight
@@ -149,6 +150,11 @@ def _highest_of_weight(scene: Scene, growth: GrowthLaw) -> tuple[float, str]:
     return max(everywhere, key=lambda each: each[0])
 
 
+def _name_of(growth: GrowthLaw) -> str:
+    """What users know the power of the relative density by: a law of their own need not have an m."""
+    return "its power" if is_foreign(type(growth)) else "n − m"
+
+
 def warn_if_ill_posed(scene: Scene) -> None:
     """Say once, on rank 0, what to expect of a model that is not well posed."""
     growth = scene.growth
@@ -157,7 +163,7 @@ def warn_if_ill_posed(scene: Scene) -> None:
         rises = (
             ""
             if power < 0
-            else f"the stimulus does not fall as the density rises (n − m = {power:g}{place}, not below 0)"
+            else f"the stimulus does not fall as the density rises ({_name_of(growth)} = {power:g}{place}, not below 0)"
         )
     else:
         rises = _rises(scene)

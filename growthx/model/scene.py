@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from numbers import Real
 
 from growthx.common.arrays import Field
 from growthx.common.checks import require, require_each, require_kind, require_name
@@ -31,7 +33,8 @@ from growthx.model.transport import Influx, PrescribedDensity
 class Scene(Sealed, replaceable=()):
     """An initial boundary value problem of growth.
 
-    loads: dead ones, and `OpenLoad`s, which depend on the state.
+    loads: dead ones, and `OpenLoad`s, which depend on the state; none where all are in `cases`.
+    program: to be given, as all before it but loads.
     cases: if there are any, each has its own displacement, under its own loads and `loads`, and the density is driven
     by the weighted mean of their elastic energies; all are solved for at once.
     flux, prescribed_densities, influx: what moves mass, for densities that are continuous between cells.
@@ -56,8 +59,8 @@ class Scene(Sealed, replaceable=()):
     material: Elasticity
     growth: MassSource
     supports: tuple[Support | PointSupport | Rotation | RigidFace, ...]
-    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...]
-    program: Program
+    loads: tuple[Load | NodalLoad | Moment | OpenLoad, ...] = ()
+    program: Program = None  # type: ignore[assignment]  # behind what may be left out; `None` is refused
     initial_density: Field | None = None
     growing: tuple[str, ...] | None = None
     flux: MassFlux | None = None
@@ -69,7 +72,8 @@ class Scene(Sealed, replaceable=()):
 
     def __post_init__(self) -> None:
         self._check_kinds()
-        require(self.start_density, "the initial density ρ(0)", "a positive number", lambda rho: rho > 0)
+        wanted = "a positive number" if isinstance(self.start_density, (Real, Mapping)) else words.A_DENSITY
+        require(self.start_density, "the initial density ρ(0)", wanted, lambda rho: rho > 0)
         if self.mesh.cell_count == 0:
             raise InputError(f"the mesh of the scene '{self.name}' has no cells: at least one is needed")
         if any(is_foreign(type(law)) for law in (self.growth, self.material)) or not self.material.is_of_a_power:

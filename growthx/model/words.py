@@ -18,6 +18,9 @@ from growthx.common.words import (
 )
 from growthx.meshing.mesh import cells_in_words, mesh_in_words
 
+# What may be one, of those who give a result or a scan for the density that it has.
+A_DENSITY = "a positive number, a function, or a field as gx.transfer(…) or a scan's density(…) give,"
+
 
 def scene_in_short(of: Any) -> str:
     """A scene's name and size, on one line."""

@@ -17,12 +17,13 @@ from growthx.meshing.sampling import positions
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Indices
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.stepping.record import Result
 
 
 FLAT = 1e-9  # width over length, squared, below which cells or nodes lie on a line
 
 
-def checkerboard_index(problem: Discretisation) -> float:
+def checkerboard_index(problem: Discretisation | Result) -> float:
     """Mean jump of density from one neighbour to the next in what grows, over the mean of the two; no unit, global.
 
     Neighbours are cells that share a facet, with their mean densities, or nodes next to one another in a cell.
@@ -33,12 +34,12 @@ def checkerboard_index(problem: Discretisation) -> float:
         >>> gx.baselines.checkerboard_index(problem)  # of a uniform density
         0.0
     """
-    arguments.require_problem(problem)
+    problem = arguments.require_problem(problem)
     density, pairs = _compared(problem)
     return _mean_jump(problem, density, density, pairs)
 
 
-def high_frequency_index(problem: Discretisation) -> float:
+def high_frequency_index(problem: Discretisation | Result) -> float:
     """The part of the checkerboard index that a density which is linear around each neighbour does not explain.
 
     From each density is taken the linear function nearest to those around it: to cells by the number of corners they
@@ -50,7 +51,7 @@ def high_frequency_index(problem: Discretisation) -> float:
         >>> f"{gx.baselines.high_frequency_index(problem):.6f}"  # of a uniform density
         '0.000000'
     """
-    arguments.require_problem(problem)
+    problem = arguments.require_problem(problem)
     density, pairs = _compared(problem)
     return _mean_jump(problem, _without_slopes(problem, density), density, pairs)
 

@@ -26,6 +26,7 @@ from growthx.post.smoothing import corner_space, corners_from_points
 if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.stepping.record import Result
 
 FIELDS = {field.name: field for field in TABLE}
 OTHERS = ("grows", "smoothed_density")  # that files have beside them
@@ -63,10 +64,11 @@ def check_fields(wanted: Any, problem: Discretisation) -> None:
         check_known(choice.names, FIELDS, problem)
 
 
-def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) -> dict[str, Floats]:
+def cell_fields(problem: Discretisation | Result, fields: Sequence[str] | None = None) -> dict[str, Floats]:
     """Means over the owned cells of the `FIELDS` of these names.
 
     Shapes (cells,), of vectors (cells, 3), of tensors (cells, 3, 3).
+    problem: a result, or its problem.
     fields: None: density ρ, relative_change [ρ − ρ*]/ρ*, stimulus [ρ/ρ*]^(−m) Ψ₀ (energy per volume; of laws that have
     one), mass_source R₀ (density per time, zero where nothing grows), major_stress and minor_stress: principal Cauchy
     stresses (in the plane, in two dimensions; of several load cases, those of the mean stress), and the user's own.
@@ -80,11 +82,11 @@ def cell_fields(problem: Discretisation, fields: Sequence[str] | None = None) ->
         >>> list(gx.results.cell_fields(problem, ["density"]))
         ['density']
     """
-    require_problem(problem)
+    problem = require_problem(problem)
     return CellFields(problem, _names(fields, problem)).values()
 
 
-def node_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Floats]:
+def node_fields(problem: Discretisation | Result, fields: Sequence[str]) -> dict[str, Floats]:
     """The `FIELDS` of these names at the nodes of `smoothing.corner_space`, this rank's and those it shares.
 
     Extrapolated in each cell from its integration points, linearly, and averaged over the cells around a node; at nodes
@@ -96,11 +98,11 @@ def node_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Flo
         >>> list(gx.results.node_fields(problem, ["density"]))
         ['density']
     """
-    require_problem(problem)
+    problem = require_problem(problem)
     return NodeFields(problem, _names(fields, problem) or ()).values()
 
 
-def point_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Floats]:
+def point_fields(problem: Discretisation | Result, fields: Sequence[str]) -> dict[str, Floats]:
     """The `FIELDS` of these names at the integration points of each owned cell.
 
     Shapes (cells, points), of vectors (cells, points, 3), of tensors (cells, points, 3, 3); errors as of `cell_fields`.
@@ -110,7 +112,7 @@ def point_fields(problem: Discretisation, fields: Sequence[str]) -> dict[str, Fl
         >>> list(gx.results.point_fields(problem, ["density"]))
         ['density']
     """
-    require_problem(problem)
+    problem = require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     return PointFields(problem, points, _names(fields, problem)).values()
 

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats
     from growthx.discretisation.discretisation import Discretisation
     from growthx.model.arrows import Arrow
+    from growthx.stepping.record import Result
 
     _Panel = tuple["_Body", list[Arrow]]
 
@@ -61,7 +62,7 @@ ROUGH = 4  # straight pieces along an edge that stand for a curved one
 
 @renamed(loads="arrows")
 def density(
-    problem: Discretisation,
+    problem: Discretisation | Result,
     path: str | os.PathLike[str],
     *,
     title: str = "",
@@ -73,6 +74,7 @@ def density(
 ) -> None:
     """Draw the density on the deformed shape of a body and save it, as the path's suffix says (see `IMAGES`).
 
+    problem: a result, or its problem.
     Of a body in space: its outside, and the middle slice across its shortest extent; `slices`, `threshold` and
     `cutaway` draw others.
     What does not grow is plain grey, as is said below the colours, and has no part in their range.
@@ -87,9 +89,9 @@ def density(
 
     Example:
         >>> result = gx.solve(gx.scenes.plate(2), gx.Q1P0)
-        >>> gx.plots.density(result.problem, "plate.png", title="density")
+        >>> gx.plots.density(result, "plate.png", title="density")
     """
-    require_problem(problem)
+    problem = require_problem(problem)
     if problem.scene.mesh.dim == 3:
         overview(problem, path, Look("density", title, relative, scale, smoothed, magnification), arrows=arrows)
         return
@@ -102,7 +104,7 @@ def density(
 
 
 def densities(
-    problems: Mapping[str, Discretisation],
+    problems: Mapping[str, Discretisation | Result],
     path: str | os.PathLike[str],
     *,
     title: str = "",
@@ -114,27 +116,27 @@ def densities(
 ) -> None:
     """Draw the densities of several plane bodies side by side, in one range of colours, and save them.
 
-    problems: by the text above each.  columns: most of them in a row.  Everything else as for `density`.
+    problems: results, or their problems, by the text above each.  columns: most of them in a row.  Everything else as
+    for `density`.
 
     Example:
         >>> results = {variant.name: gx.solve(gx.scenes.plate(2), variant) for variant in (gx.Q1P0, gx.Q1)}
-        >>> problems = {name: result.problem for name, result in results.items()}
-        >>> gx.plots.densities(problems, "plates.png", title="density", columns=2)
+        >>> gx.plots.densities(results, "plates.png", title="density", columns=2)
     """
-    require_problems(problems)
+    bodies = require_problems(problems)
     require_whole(columns, "the number of columns")
     check_look(title, relative, scale, smoothed, magnification)
-    first = next(iter(problems.values()))
+    first = next(iter(bodies.values()))
     check_picture(path, IMAGES, first.comm)
-    second = second_scale(list(problems.values()), scale)
+    second = second_scale(list(bodies.values()), scale)
     panels: dict[str, _Panel] = {
-        label: (_body(problem, relative, smoothed, magnification), []) for label, problem in problems.items()
+        label: (_body(problem, relative, smoothed, magnification), []) for label, problem in bodies.items()
     }
     on_rank_0(first, path, lambda: _draw(panels, named(title, relative), second, Path(path), columns, PANEL_WIDTH))
 
 
 def along_length(
-    problems: Mapping[str, Discretisation],
+    problems: Mapping[str, Discretisation | Result],
     path: str | os.PathLike[str],
     places: Floats,
     *,
@@ -145,7 +147,7 @@ def along_length(
 
     There are gaps where nothing grows.
 
-    problems: results by label.  relative: plot [ρ − ρ*]/ρ* instead, as the paper does.
+    problems: results, or their problems, by label.  relative: plot [ρ − ρ*]/ρ* instead, as the paper does.
     exact: functions of x by label, of what is plotted, drawn as dashed lines.
     Raises InputError, before anything is drawn, for a picture that could not be written and for what are no places.
 
@@ -155,17 +157,17 @@ def along_length(
         >>> bars = {variant.name: gx.discretise(gx.scenes.bar(), variant) for variant in (gx.Q1P0, gx.Q2)}
         >>> gx.plots.along_length(bars, "bar.png", places)
     """
-    require_problems(problems)
+    bodies = require_problems(problems)
     require_flag(relative, "relative, of a picture,")
     if exact is not None:
         require_functions(exact, "the exact densities")
-    first = next(iter(problems.values()))
+    first = next(iter(bodies.values()))
     check_picture(path, GRAPHS, first.comm, by="matplotlib")
     curves = {
         label: problem.sample_density_change(places) if relative else problem.sample_density(places)
-        for label, problem in problems.items()
+        for label, problem in bodies.items()
     }
-    for label, problem in problems.items():
+    for label, problem in bodies.items():
         if problem.rests:
             curves[label][problem.sample_growing(places) == 0] = np.nan
     x = np.asarray(places)[:, 0]

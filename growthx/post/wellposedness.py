@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import dolfinx
 import numpy as np
@@ -15,6 +16,9 @@ from growthx.discretisation.discretisation import Discretisation
 from growthx.discretisation.trial import set_iterate
 from growthx.discretisation.variants import AtPoints
 from growthx.model.exponents import is_well_posed
+
+if TYPE_CHECKING:
+    from growthx.stepping.record import Result
 
 FOREVER = 1e300  # time step in which a density comes to its equilibrium
 
@@ -52,14 +56,14 @@ class WellPosedness:
         )
 
 
-def check(problem: Discretisation) -> WellPosedness:
+def check(problem: Discretisation | Result) -> WellPosedness:
     """Examine the state that a problem is in, on request: it costs the compilation and factorisation of a tangent.
 
     Example:
         >>> gx.wellposedness.check(gx.discretise(gx.scenes.plate(2), gx.Q1P0)).exponents
         True
     """
-    require_problem(problem)
+    problem = require_problem(problem)
     points = problem.variant.integration_points(problem.scene.mesh.cell_name)
     highest = 0.0
     growth, material = problem.growth, problem.material

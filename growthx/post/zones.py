@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from growthx.common.arrays import Floats, Marks
     from growthx.discretisation.discretisation import Discretisation
     from growthx.meshing.mesh import Mesh
+    from growthx.stepping.record import Result
 
     Inside = Callable[[Floats], Marks]
 
@@ -27,7 +28,7 @@ KINDS = {2: "polygon", 3: "body"}  # of zones, by the dimension of the mesh
 
 
 def area_means(
-    problem: Discretisation,
+    problem: Discretisation | Result,
     zones: Mapping[str, Floats],
     regions: str | tuple[str, ...] | None = None,
     values: Floats | None = None,
@@ -36,6 +37,7 @@ def area_means(
 
     zones: corners by name: in the plane of a polygon, shape (corners, 2), with means over area; in space of a convex
     body, (corners, 3), in any order, with means over volume.
+    problem: a result, or its problem.
     regions: names of those that count instead, whether they grow or not.
     values: of another field, one for each owned cell, (cells,), as those of `cell_fields`.
     Each cell is sampled at 24 × 24 points, in space at 4 × 4 × 4.  Raises InputError for a zone that lies outside the
@@ -47,7 +49,7 @@ def area_means(
         >>> {name: f"{mean:.3f}" for name, mean in means.items()}
         {'left': '1.000'}
     """
-    arguments.require_problem(problem)
+    problem = arguments.require_problem(problem)
     mesh = problem.scene.mesh
     field = problem.density_at(_sample_points(mesh.cell_name)) if values is None else _of_cells(values, mesh)
     counts = np.isin(mesh.owned_cells, problem.cells_of(regions))

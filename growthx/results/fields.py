@@ -43,7 +43,7 @@ class FieldWriter:
     def __init__(self, folder: Path, problem: Discretisation, keeping: Keeping | None = None) -> None:
         """keeping: how the series is kept; None: as `Keeping()`."""
         require_path(folder, "the folder for results")
-        require_problem(problem)
+        problem = require_problem(problem)
         self._problem, self._corners = problem, Corners(problem)
         self.grid = self._corners.grid
         self._file = open_series(Path(folder) / "fields.pvd", self.grid, problem.comm, keeping)

@@ -15,6 +15,7 @@ from growthx.common.checks import (
 )
 from growthx.common.errors import InputError, shown
 from growthx.post.derived import chosen_fields
+from growthx.results import density
 from growthx.results.checkpoints import find, is_part_of, on_first_rank
 from growthx.results.folders import free_folder, new_folder
 from growthx.results.states.choice import Choice, check_choice
@@ -79,11 +80,24 @@ def plan(
 ) -> Plan:
     """The plan with its folder made and its checkpoint found (collective); same errors as `new_folder`, `find`."""
     source = None if resume is None else find(resume, comm)
+    if out is not None and source is not None:
+        on_first_rank(lambda: _check_not_ended(out, source), comm)
     folder = None if out is None else new_folder(out, comm, lambda file: is_part_of(file, source))
     places = Plan(folder, every, source, refuge, states, vtkhdf, None if fields is None else tuple(fields))
     if places.goes_on:
         on_first_rank(lambda: _check_same_files(places), comm)
     return places
+
+
+def _check_not_ended(out: str | os.PathLike[str], checkpoint: Path) -> None:
+    """Refuse to go on, in its own folder, with a run that has come to its end, as a script started once more would."""
+    require_path(out, "the folder for results")
+    folder = Path(out)
+    if folder.resolve() == checkpoint.parent.resolve() and (folder / density.NAME).exists():
+        raise InputError(
+            f"the run in {folder} has ended, and its results stay as they are: to go on to a later end, a new folder, "
+            "with this one to resume from, would be right"
+        )
 
 
 def _check_same_files(places: Plan) -> None:

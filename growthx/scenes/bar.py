@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.checks import require_kind
+from growthx.common.checks import is_whole, require_kind
 from growthx.common.errors import InputError, shown
 from growthx.common.renamed import renamed
 from growthx.constitutive.growth import EnergyDrivenGrowth
@@ -76,14 +76,14 @@ def bar(
 
     kind: "discontinuous" or "continuous", or the problem of that name.
     shape: "triangle" halves each quadrilateral, with diagonals that alternate.
-    n, m: exponents of density.  step: Δt.  The load ramps over one unit of time.
+    n, m: exponents of density.  step: Δt.  until: end time.  The load ramps over one unit of time.
 
     Example:
         >>> gx.scenes.bar("continuous", elements=10).mesh
         Mesh(10 quadrilaterals; boundaries 'left', 'right'; regions 'bar')
     """
     problem = _problem(kind)
-    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
+    if not is_whole(elements, 1, MOST_ELEMENTS):
         raise InputError(
             f"the number of elements is {shown(elements)}: a whole number from 1 to {MOST_ELEMENTS} would be right"
         )

@@ -8,6 +8,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
+from growthx.common.checks import is_whole
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
 from growthx.common.renamed import renamed
@@ -35,12 +36,13 @@ def plate(
     n: float = 2.0,
     m: float = 3.0,
     step: float = 0.1,
+    until: float = 2.5,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Scene:
     """[0, 2] × [0, 1] in 2N × N quadrilaterals, clamped on the left, dead traction (0, −0.02) on the right.
 
     elements: N.  shape: "triangle" halves each quadrilateral.
-    n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+    n, m: exponents of density.  step: Δt.  until: end time; the load ramps over 0.5.
 
     Example:
         >>> gx.scenes.plate(2, shape="triangle").mesh
@@ -49,7 +51,7 @@ def plate(
     _require_count(elements, 2, "plate")
     corners = ((0.0, 0.0), (2.0, 1.0))
     domain = dolfinx.mesh.create_rectangle(steady(comm), corners, (2 * elements, elements), _cell_type(shape))
-    return _bent("plate", domain, n, m, step)
+    return _bent("plate", domain, n, m, step, until)
 
 
 @renamed(cells="elements")
@@ -60,12 +62,13 @@ def block(
     n: float = 2.0,
     m: float = 3.0,
     step: float = 0.1,
+    until: float = 2.5,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Scene:
     """[0, 2] × [0, 1]² in 2N × N × N hexahedra, clamped on the left, dead traction (0, −0.02, 0) on the right.
 
     elements: N.  shape: "tetrahedron" cuts each hexahedron in six, along the diagonal from its lowest corner to its
-    highest.  n, m: exponents of density.  step: Δt; the load ramps over 0.5, the end is at 2.5.
+    highest.  n, m: exponents of density.  step: Δt.  until: end time; the load ramps over 0.5.
 
     Example:
         >>> gx.scenes.block(2).mesh
@@ -76,10 +79,10 @@ def block(
         raise InputError(f"there are no cells {shown(shape)} in space: hexahedron or tetrahedron would be right")
     counts, kind = [2 * elements, elements, elements], getattr(dolfinx.mesh.CellType, shape)
     domain = dolfinx.mesh.create_box(steady(comm), [np.zeros(3), np.array([2.0, 1.0, 1.0])], counts, kind)
-    return _bent("block", domain, n, m, step)
+    return _bent("block", domain, n, m, step, until)
 
 
-def _bent(name: str, domain: dolfinx.mesh.Mesh, n: float, m: float, step: float) -> Scene:
+def _bent(name: str, domain: dolfinx.mesh.Mesh, n: float, m: float, step: float, until: float) -> Scene:
     traction = (0.0, -TRACTION, 0.0)[: domain.topology.dim]
     return Scene(
         name=name,
@@ -90,12 +93,12 @@ def _bent(name: str, domain: dolfinx.mesh.Mesh, n: float, m: float, step: float)
         growth=EnergyDrivenGrowth(attractor=0.02, rate=10.0, exponent=m),
         supports=(Support("left"),),
         loads=(Traction("right", traction),),
-        program=Program(step=step, until=2.5, ramp=0.5),
+        program=Program(step=step, until=until, ramp=0.5),
     )
 
 
 def _require_count(cells: int, dim: int, name: str) -> None:
-    if not isinstance(cells, int) or isinstance(cells, bool) or not 1 <= cells <= MOST_CELLS[dim]:
+    if not is_whole(cells, 1, MOST_CELLS[dim]):
         raise InputError(
             f"the number of cells over the {name}'s height is {shown(cells)}: a whole number from 1 to "
             f"{MOST_CELLS[dim]} is needed"

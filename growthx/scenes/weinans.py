@@ -8,6 +8,7 @@ import dolfinx
 import numpy as np
 from mpi4py import MPI
 
+from growthx.common.checks import is_whole
 from growthx.common.communicators import steady
 from growthx.common.errors import InputError, shown
 from growthx.common.renamed import renamed
@@ -49,7 +50,7 @@ def weinans_plate(
         >>> gx.scenes.weinans_plate(4).mesh
         Mesh(16 quadrilaterals; boundaries 'bottom', 'top'; regions none)
     """
-    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_CELLS:
+    if not is_whole(elements, 1, MOST_CELLS):
         raise InputError(
             f"the number of cells along the plate's sides is {shown(elements)}: a whole number from 1 to {MOST_CELLS} "
             "would be right"

@@ -296,3 +296,12 @@ def test_baselines_know_it(variant):
     left = found[0][:, 0] < 1.5
     assert found[0][left] == pytest.approx(found[1][left], rel=1e-10)
     assert found[0][~left] == pytest.approx(found[2][~left], rel=1e-10)
+
+
+def test_a_law_of_ones_own_is_told_by_its_power(caplog, monkeypatch):
+    """It has no m: what it calls its power is what rises."""
+    law = type("Root", (EnergyDrivenGrowth,), {"power": lambda self, material: material.density_exponent - 2})
+    monkeypatch.setattr(exponents, "_said", set())
+    with caplog.at_level(logging.WARNING, logger="growthx"):
+        gx.discretise(block(square(2), growth=law(attractor=1.0, rate=1.0)), gx.Q1P0)
+    assert COMM.rank or "(its power = 0, not below 0)" in caplog.records[0].getMessage()

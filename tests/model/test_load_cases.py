@@ -36,6 +36,15 @@ def day(first=3.0, second=1.0, further=(), **changes):
     return block(**{"loads": (), "cases": cases, **changes})
 
 
+def test_a_scene_of_cases_needs_no_other_loads():
+    """A newcomer's: what each case has is all there is, and a forgotten program is told, not found by Python."""
+    scene = day()
+    parts = {name: getattr(scene, name) for name in ("name", "mesh", "material", "growth", "supports", "cases")}
+    assert gx.Scene(**parts, program=scene.program).loads == ()
+    with pytest.raises(InputError, match=r"^the program of the scene '.*' is None: a Program would be right$"):
+        gx.Scene(**parts)
+
+
 def far_from_balance(scene, variant):
     """The discretised scene at an iterate that differs between the cases."""
     problem = gx.discretise(scene, variant)

@@ -182,3 +182,12 @@ def test_scenes_cannot_be_changed(scene):
     """A scene is shared by variants and results: changing it half-way would falsify both."""
     with pytest.raises(AttributeError):
         scene.program = gx.Program(1.0, 1.0)
+
+
+def test_what_holds_densities_is_no_density(scene):
+    """A result, or a scan, taken for what it has: the sentence names what makes a density of it."""
+    for given in (gx.Result, "density.zip", object()):
+        with pytest.raises(
+            InputError, match=r"a positive number, .* gx\.transfer\(…\) or .*\(…\) give, would be right$"
+        ):
+            replace(scene, initial_density=given)

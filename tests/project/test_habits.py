@@ -28,6 +28,14 @@ def test_workflows_call_what_is_called_here(name, command):
     assert (ROOT / command.split()[0]).is_file() and (ROOT / command.split()[-1].replace("docs", "run")).is_file()
 
 
+def test_actions_of_workflows_are_those_of_one_commit():
+    """A tag can be moved to other code; the release stands beside it, the same one everywhere."""
+    pages = [path.read_text("utf-8") for path in (ROOT / ".github" / "workflows").glob("*.yml")]
+    used = {line for page in pages for line in re.findall(r"uses: (.*)", page)}
+    assert used and all(re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", line) for line in used), used
+    assert len({line.partition("@")[0] for line in used}) == len(used)
+
+
 def table(folder, name, rows):
     path = folder / name
     path.write_text("\n".join(["size,variant,seconds", *rows, ""]), encoding="utf-8")

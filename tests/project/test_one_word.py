@@ -36,6 +36,7 @@ ONE = {
     "place": "where something is",
     "plane": "a plane, or its name",
     "points": "nodes of a mesh",
+    "problem": "a scene that is discretised, or the result that has it",
     "rate": "how fast mass comes",
     "reference_density": "ρ*",
     "regions": "parts of a body by name: how they are told, or their cells",
@@ -50,7 +51,7 @@ ONE = {
     "young": "E",
     "zones": "zones whose means are told, or their file",
 }
-ONLY_IN_SCRIPTS = {"comm", "separate", "activities", "until"}  # --combination is the command's word for `separate`
+ONLY_IN_SCRIPTS = {"comm", "separate", "activities"}  # --combination is the command's word for `separate`
 ONLY_IN_COMMANDS = {"combination"}
 SCENES = {"bar": gx.scenes.bar, "femur": gx.scenes.femur, "femur3d": gx.scenes.femur3d, "plate": gx.scenes.plate}
 

@@ -272,6 +272,19 @@ def test_an_unknown_environment_is_refused(checkout):
     checkout.assert_refused(says="GROWTHX_ENVIRONMENT is 'conda': python, docker or tree would be right")
 
 
+def test_a_container_has_what_the_user_has_set(checkout):
+    """PETSc's options, or where the cache is, would be lost without a word; what the script sets itself comes last."""
+    checkout.stand_in("docker", '#!/bin/bash\n[ "$1" != run ] || printf "%s\\n" "$@"\n')
+    checkout.environment |= {"GROWTHX_ENVIRONMENT": "docker", "PETSC_OPTIONS": "-malloc no", "GROWTHX_PIP": "a b"}
+    status, output, messages = checkout.run("python", "script.py")
+    words = output.splitlines()
+    assert status == 0 and messages == ""
+    set_inside = [words[at + 1] for at, word in enumerate(words) if word == "--env"]
+    assert {"PETSC_OPTIONS", "GROWTHX_PIP", "XDG_CACHE_HOME"} <= set(set_inside)
+    assert "GROWTHX_ENVIRONMENT" not in set_inside and "--env=GROWTHX_ENVIRONMENT=python" in words
+    assert words[-2:] == ["python3", "script.py"] and f"{checkout.script}" in words
+
+
 def test_another_release_has_a_tree_of_its_own(checkout):
     """What runs with sid's DOLFINx must neither take nor sweep away the tree that everything else runs in."""
     checkout.environment["GROWTHX_ENVIRONMENT"] = ""

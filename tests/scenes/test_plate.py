@@ -103,3 +103,10 @@ def test_linear_variants_are_still_coarse_there():
     for variant in (gx.Q1, gx.P1):
         result = gx.solve(scenes.plate(4, shape=variant.cells[0]), variant)
         assert tip_displacement(result.problem) != pytest.approx(DIGITS["Q1P0", 64][0], rel=5e-3)
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint8, int])
+def test_numbers_of_cells_may_be_of_numpy(kind):
+    """Those of a loop over an array, in each scene that counts its cells."""
+    made = (gx.scenes.plate(kind(2)), gx.scenes.block(kind(1)), gx.scenes.bar(elements=kind(10)))
+    assert [scene.mesh.cell_count for scene in (*made, gx.scenes.weinans_plate(kind(3)))] == [8, 2, 10, 9]

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import require_kind, require_name
 from growthx.common.errors import InputError, shown
 from growthx.discretisation.variants import CATALOGUE, Variant, suited
 from growthx.model.scene import Scene
+
+if TYPE_CHECKING:
+    from growthx.discretisation.discretisation import Discretisation
 
 
 def check_scene(scene: Any, variant: Any) -> None:
@@ -61,17 +64,19 @@ def _same(one: Scene, other: Scene, name: str) -> bool:
         return False
 
 
-def require_problem(problem: Any, what: str = "the problem") -> None:
-    """Refuse what has no densities of a scene, as discretised scenes have."""
-    if isinstance(problem, type) or not (hasattr(problem, "scene") and hasattr(problem, "density_at")):
-        raise InputError(f"{what} is {shown(problem)}: a discretised scene, such as result.problem, would be right")
+def require_problem(given: Any, what: str = "the problem") -> Discretisation:
+    """The discretised scene that is given, or that of a result; refuse what has no densities of a scene."""
+    problem = getattr(given, "problem", given)
+    if isinstance(given, type) or not (hasattr(problem, "scene") and hasattr(problem, "density_at")):
+        raise InputError(f"{what} is {shown(given)}: a result, or a scene that is discretised, would be right")
+    return problem
 
 
-def require_problems(problems: Any) -> None:
-    """Refuse what does not map names to discretised scenes, at least one."""
+def require_problems(problems: Any) -> dict[str, Discretisation]:
+    """The discretised scenes by name, of results their own; refuse what maps no names to such, at least one."""
     require_kind(problems, Mapping, "what holds the problems", "a mapping from labels to problems")
     if not problems:
         raise InputError("there are no problems to draw: one for each label would be right")
-    for label, problem in problems.items():
+    for label in problems:
         require_name(label, "the label of a problem")
-        require_problem(problem, f"the problem '{label}'")
+    return {label: require_problem(problem, f"the problem '{label}'") for label, problem in problems.items()}

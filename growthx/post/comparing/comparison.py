@@ -80,8 +80,7 @@ def compare(
         >>> f"{found.mean:.3f} against {found.other:g}, off by {found.rmse:.3f}"
         '0.674 against 0.7, off by 0.090'
     """
-    problem = getattr(result, "problem", result)
-    require_problem(problem)
+    problem = require_problem(result)
     require_kind(unit, str, "the unit of density", "a text")
     labels = require_each(labels, str, "the labels of a picture", "text")
     if len(labels) != 2:

@@ -70,9 +70,7 @@ def shielding(intact: Any, start: Any, end: Any, zones: Mapping[str, Any] | None
         >>> f"{found.density_before:.3f}, {found.density_after:.3f}; {found.energy_intact / found.energy_after:.6f}"
         '1.000, 0.751; 1.000000'
     """
-    before, first, last = (getattr(each, "problem", each) for each in (intact, start, end))
-    for problem in (before, first, last):
-        require_problem(problem)
+    before, first, last = (require_problem(each) for each in (intact, start, end))
     if first.scene.mesh.domain is not last.scene.mesh.domain:
         raise InputError(
             f"'{first.scene.name}' and '{last.scene.name}' are on two meshes: the scene before and after growth, on "

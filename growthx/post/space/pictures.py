@@ -25,6 +25,7 @@ from growthx.post.space.planes import NORMALS, plane_of
 
 if TYPE_CHECKING:
     from growthx.discretisation.discretisation import Discretisation
+    from growthx.stepping.record import Result
 
 COLUMNS = 3  # most panels in a row
 
@@ -40,14 +41,15 @@ class Look:
     smoothed: bool = False
     magnification: float = 1.0
 
-    def check(self, problem: Discretisation, path: str | os.PathLike[str]) -> None:
-        """Raise InputError for what could not be drawn or written (collective)."""
-        require_problem(problem)
+    def check(self, given: Discretisation | Result, path: str | os.PathLike[str]) -> Discretisation:
+        """The problem to be drawn; InputError for what could not be drawn or written (collective)."""
+        problem = require_problem(given)
         dim = problem.scene.mesh.dim
         if dim != 3:
             raise InputError(f"the body has {dim} dimensions: gx.plots.density draws it, all of it lies in one plane")
         check_look(self.title, self.relative, self.scale, self.smoothed, self.magnification)
         check_picture(path, IMAGES, problem.comm)
+        return problem
 
     def name(self) -> str:
         """The title that was asked for, or else what is drawn."""
@@ -61,13 +63,13 @@ class Look:
 def overview(problem: Discretisation, path: str | os.PathLike[str], look: Look, *, arrows: bool = True) -> None:
     """Draw a body from outside with its loads, and the middle slice across its shortest extent."""
     require_flag(arrows, "arrows, of a picture,")
-    look.check(problem, path)
+    problem = look.check(problem, path)
     plane, pulls = plane_of(None, problem.scene.mesh), arrows_of(problem) if arrows else []
     _show(problem, path, look, lambda body: [panels.outside(body, pulls), panels.section(body, plane)])
 
 
 def slices(
-    problem: Discretisation,
+    problem: Discretisation | Result,
     path: str | os.PathLike[str],
     planes: Sequence[Any] = tuple(NORMALS),
     *,
@@ -78,7 +80,7 @@ def slices(
     magnification: float = 1.0,
     grey: bool = False,
 ) -> None:
-    """Draw slices of a body in space and save them, as the path's suffix says.
+    """Draw slices of a body in space, of a result or a problem, and save them, as the path's suffix says.
 
     planes: each 'coronal' (across y), 'axial' (across z) or 'sagittal' (across x), through the middle of the body, or a
     point and a normal, ((x, y, z), (x, y, z)); seen from where the normal points to.
@@ -89,10 +91,10 @@ def slices(
 
     Example:
         >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
-        >>> gx.plots.slices(result.problem, "slices.png", ["axial", ((0.5, 0.5, 0.5), (1.0, 1.0, 0.0))])
+        >>> gx.plots.slices(result, "slices.png", ["axial", ((0.5, 0.5, 0.5), (1.0, 1.0, 0.0))])
     """
     look = Look(field, title, relative, "", smoothed, magnification)
-    look.check(problem, path)
+    problem = look.check(problem, path)
     require_flag(grey, "grey, of a picture,")
     require_kind(planes, (tuple, list), "the planes", "a tuple of planes")
     if not planes:
@@ -112,7 +114,7 @@ def slices(
 
 
 def threshold(
-    problem: Discretisation,
+    problem: Discretisation | Result,
     path: str | os.PathLike[str],
     above: float | None = None,
     below: float | None = None,
@@ -128,10 +130,10 @@ def threshold(
 
     Example:
         >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
-        >>> gx.plots.threshold(result.problem, "dense.png", above=0.5)
+        >>> gx.plots.threshold(result, "dense.png", above=0.5)
     """
     look = Look(field, title, False, "", smoothed, magnification)
-    look.check(problem, path)
+    problem = look.check(problem, path)
     for bound, what in ((above, "lower"), (below, "upper")):
         if bound is not None:
             require_number(bound, f"the {what} bound of what is drawn", "a finite number or None", lambda _: True)
@@ -157,7 +159,7 @@ def threshold(
 
 @renamed(loads="arrows")
 def cutaway(
-    problem: Discretisation,
+    problem: Discretisation | Result,
     path: str | os.PathLike[str],
     plane: Any = None,
     *,
@@ -174,11 +176,11 @@ def cutaway(
 
     Example:
         >>> result = gx.solve(gx.scenes.block(2), gx.Q1P0)
-        >>> gx.plots.cutaway(result.problem, "cut.png", "coronal")
+        >>> gx.plots.cutaway(result, "cut.png", "coronal")
     """
     look = Look(field, title, relative, "", smoothed, magnification)
     require_flag(arrows, "arrows, of a picture,")
-    look.check(problem, path)
+    problem = look.check(problem, path)
     found, pulls = plane_of(plane, problem.scene.mesh), arrows_of(problem) if arrows else []
     _show(problem, path, look, lambda body: [panels.cut_away(body, found, pulls)])
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.checks import require_number
+from growthx.common.checks import is_whole, require_number
 from growthx.common.errors import InputError, OutputError, raise_on_all, shown
 from growthx.common.renamed import renamed
 from growthx.discretisation.checks.arguments import require_problem
@@ -51,8 +51,7 @@ def write(
         >>> gx.ct.read("plate.nii.gz").voxels.values.shape
         (10, 6, 1)
     """
-    problem = getattr(result, "problem", result)
-    require_problem(problem)
+    problem = require_problem(result)
     _check(outside, padding, orientation)
     steps = _spacing(spacing)
     target = _new_file(path, problem.comm)
@@ -69,7 +68,7 @@ def write(
 def _check(outside: Any, padding: Any, orientation: Any) -> None:
     if not (isinstance(outside, float) and np.isnan(outside)):
         require_number(outside, "the value outside the body", "a number or numpy.nan", lambda _: True)
-    if not isinstance(padding, int) or isinstance(padding, bool) or not 0 <= padding <= 100:
+    if not is_whole(padding, 0, 100):
         raise InputError(f"the padding is {shown(padding)}: a whole number of voxels, from 0 to 100, would be right")
     require_frame(orientation)
 
