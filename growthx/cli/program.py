@@ -47,7 +47,7 @@ class _Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *values: Any, **options: Any) -> None:
-        super().__init__(*values, allow_abbrev=False, **options)
+        super().__init__(*values, **{"allow_abbrev": False, **options})
         self._negative_number_matcher = NUMBER
 
     def error(self, message: str) -> NoReturn:
