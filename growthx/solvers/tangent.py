@@ -175,8 +175,8 @@ class Softest:
         quotient = self._quotient
         for step in range(MOST_STEPS):
             shares, lowest = self._lowest(basis)
-            if not math.isfinite(lowest):  # beyond what is admissible
-                return self._quotient
+            if not math.isfinite(lowest):  # beyond what is admissible: what has been found so far holds
+                break
             best, rest = _combined(basis, shares), basis[1:]
             falls, quotient = quotient - lowest > SETTLED * max(abs(lowest), SETTLED), lowest
             self._followed = best[0], best[2]

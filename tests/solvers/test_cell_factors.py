@@ -237,6 +237,24 @@ def test_a_stable_run_is_looked_at_without_a_trace(monkeypatch):
     assert np.array_equal(problem.density.x.array, other.density.x.array)
 
 
+def test_a_direction_is_looked_at_again_after_a_difference_that_is_no_number(monkeypatch):
+    """Beyond what is admissible residuals are not finite; what had been found holds, and no look is the last one."""
+    found, follow, lowest = [], Softest._follow, Softest._lowest
+
+    def once_broken(self, basis):
+        return lowest(self, basis) if len(basis) == 1 or found else (np.zeros(len(basis)), np.nan)
+
+    def noted(self, *arguments):
+        found.append(follow(self, *arguments))
+        return found[-1]
+
+    monkeypatch.setattr(Softest, "_lowest", once_broken)
+    monkeypatch.setattr(Softest, "_follow", noted)
+    monkeypatch.setattr(tangents, "WAIT", 1)
+    run(block(mesh_of(2, gx.Q1P0), **cases(2)), gx.Q1P0)
+    assert len(found) > 1 and np.all(np.isfinite(found))
+
+
 def test_the_quotient_is_the_lowest_of_the_whole_tangent_beside_its_blocks(monkeypatch):
     """Followed long enough it is the lowest eigenvalue, on any number of ranks."""
     monkeypatch.setattr(tangents, "CLOSE_TO_ZERO", np.inf)
