@@ -21,6 +21,9 @@ import growthx as gx
 from benchmarks.shared import command
 from benchmarks.shared.reporting import RESULTS, Table, item, read_rows, write_rows
 from growthx import baselines
+from growthx.meshing.formats.febio import parsed
+from growthx.meshing.surfaces.nodes import node_places
+from growthx.meshing.surfaces.sides import corner_nodes
 
 if TYPE_CHECKING:
     from growthx.discretisation.discretisation import Discretisation
@@ -68,12 +71,10 @@ class Row:
 
 def model(path: Path) -> gx.Scene:
     """The scene of a file of FEBio 3; InputError for what this script does not know."""
-    from defusedxml import ElementTree
-
-    root = ElementTree.parse(path).getroot()
+    mesh = gx.meshing.read(path)
+    root = parsed(path)
     if root.get("version") != "3.0":
         raise gx.InputError(f"{path} is a model of version {root.get('version')}: one of 3.0 would be right")
-    mesh = gx.meshing.read(path)
     bone, rest = _materials(root, path)
     remodelled, young = root.find(f"Material/material[@name='{bone}']"), {name: E for name, (E, _) in rest.items()}
     region = _region(root, bone)
@@ -106,9 +107,10 @@ def model(path: Path) -> gx.Scene:
 
 def _number(part: Any, name: str) -> float:
     found = part.find(name)
-    if found is None:
-        raise gx.InputError(f"<{part.tag}> has no <{name}>: one is needed")
-    return float(found.text)
+    try:
+        return float(found.text)
+    except (AttributeError, TypeError, ValueError):
+        raise gx.InputError(f"<{part.tag}> has no number in <{name}>: one is needed") from None
 
 
 def _region(root: Any, material: str) -> str:
@@ -141,23 +143,12 @@ def _supports(root: Any, mesh: gx.Mesh) -> Iterator[gx.Support | gx.PointSupport
     for one in root.iterfind("Boundary/bc"):
         fixed = {AXES.index(name) for name in one.find("dofs").text.replace(" ", "").split(",")}
         held = tuple(0.0 if axis in fixed else None for axis in range(3))
-        name, places = one.get("node_set"), _places(mesh, one.get("node_set"))
-        if name in mesh.boundaries and len(places) == len(_corners(mesh, name)):
+        name = one.get("node_set")
+        places = node_places(mesh, name, "of a support")
+        if name in mesh.boundaries and len(places) == len(np.unique(corner_nodes(mesh.domain, mesh.boundary(name)))):
             yield gx.Support(name, held)
         else:
             yield from (gx.PointSupport(tuple(place), held) for place in places.tolist())
-
-
-def _places(mesh: gx.Mesh, name: str) -> Any:
-    from growthx.meshing.surfaces.nodes import node_places
-
-    return node_places(mesh, name, "of a support")
-
-
-def _corners(mesh: gx.Mesh, name: str) -> Any:
-    from growthx.meshing.surfaces.sides import corner_nodes
-
-    return np.unique(corner_nodes(mesh.domain, mesh.boundary(name)))
 
 
 def _loads(root: Any, path: Path) -> Iterator[gx.NodalForces]:
@@ -242,4 +233,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(gx.guarded(main))

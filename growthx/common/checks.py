@@ -105,11 +105,11 @@ def require_flag(value: Any, what: str) -> None:
 
 def require_whole(value: Any, what: str) -> None:
     """Refuse what is no whole number from 1."""
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < 1:
+    if not is_whole(value, 1):
         raise InputError(f"{what} is {shown(value)}: a whole number from 1 would be right")
 
 
-def is_whole(value: Any, lowest: int, highest: int) -> bool:
+def is_whole(value: Any, lowest: int, highest: float = math.inf) -> bool:
     """Whether a value is a whole number between two, NumPy's ones included."""
     return isinstance(value, Integral) and not isinstance(value, bool) and lowest <= int(value) <= highest
 

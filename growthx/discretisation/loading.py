@@ -278,27 +278,27 @@ def _hold(
 
 def _refuse_conflicts(held: list[Held], timetable: Program, comm: MPI.Comm) -> None:
     """Raise InputError where two supports hold an unknown at two displacements at any time looked at (collective)."""
-    times = timetable.times()
-    times = times[:: math.ceil(len(times) / LOOKED_AT)]
     problem = ""
     found, counts = np.unique(
         np.concatenate([np.empty(0, np.int32), *(each.dofs for each in held)]), return_counts=True
     )
     both = found[counts > 1]
+    sharing = [each for each in held if len(both) and np.isin(each.dofs, both).any()]
     try:
-        for one, other in itertools.combinations([each for each in held if np.isin(each.dofs, both).any()], 2):
-            problem = problem or _conflict(one, other, times, timetable)
+        for one, other in itertools.combinations(sharing, 2):
+            problem = problem or _conflict(one, other, timetable)
     except InputError as error:  # of a history, on a rank with such nodes alone
         problem = str(error)
     raise_on_all(comm, problem)
 
 
-def _conflict(one: Held, other: Held, times: Floats, timetable: Program) -> str:
+def _conflict(one: Held, other: Held, timetable: Program) -> str:
     """What is wrong with two, or nothing."""
     _, of_one, of_other = np.intersect1d(one.dofs, other.dofs, return_indices=True)
     if not len(of_one):
         return ""
-    for time in map(float, times):
+    times = timetable.times()
+    for time in map(float, times[:: math.ceil(len(times) / LOOKED_AT)]):
         shares = [
             timetable.amplitude(time) if each.history is None else share_at(each.history, time) for each in (one, other)
         ]

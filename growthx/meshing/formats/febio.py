@@ -52,7 +52,7 @@ _TYPES = {
 def read(path: Path, values: Mapping[str, float]) -> Content:
     """The mesh of a model."""
     no_parameters(path, values)
-    root = _parsed(path)
+    root = parsed(path)
     mesh = root.find("Mesh")
     mesh = root.find("Geometry") if mesh is None else mesh
     if root.tag != "febio_spec" or mesh is None:
@@ -78,8 +78,8 @@ def read(path: Path, values: Mapping[str, float]) -> Content:
     )
 
 
-def _parsed(path: Path) -> Any:
-    """The root of a file in XML, without entities."""
+def parsed(path: Path) -> Any:
+    """The root of a file in XML, without entities; InputError for a file that is none."""
     from defusedxml import ElementTree
     from defusedxml.common import DefusedXmlException
 
