@@ -102,7 +102,7 @@ def test_a_model_ends_where_its_scalar_solution_does(shared_folder, variant):
         ({"solid": "Carter-Hayes"}, "is a 'Carter-Hayes' with a 'Huiskes-supply': a 'Carter-Hayes \\(old\\)'"),
         ({"plate": "Mooney-Rivlin"}, "the materials of .* are Mooney-Rivlin, remodeling solid"),
         ({"points": "<point>0,0</point><point>1,1</point><point>2,0</point>"}, "a load curve of .* has 3 points"),
-        ({"version": "3.0\"><Extra/"}, "is not whole, as XML"),
+        ({"version": '3.0"><Extra/'}, "is not whole, as XML"),
     ],
 )
 def test_what_it_does_not_know_it_says(shared_folder, changes, told):
