@@ -6,10 +6,14 @@ come: its exception would never be heard of.  So on several ranks what is left s
 
 from __future__ import annotations
 
+import gc
 from collections import Counter
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from mpi4py import MPI
 
 
@@ -49,3 +53,19 @@ def free(comm: MPI.Intracomm) -> None:
     for known in sorted(set.intersection(*comm.allgather(set(here)))):
         _left.remove(here[known])
         here[known].destroy()
+
+
+@contextmanager
+def garbage_waits() -> Iterator[None]:
+    """Collect no garbage meanwhile, while PETSc calls us.
+
+    An exception of ours is on its way through PETSc for a while, and PETSc's objects that are freed just then take it
+    away: petsc4py, which adds where it has been to it, then ends the program by a segmentation fault.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()

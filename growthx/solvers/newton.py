@@ -124,7 +124,8 @@ class Newton:
         self._stopped_at = 0.0
         self._solution.array_w[:] = self.problem.unknown.x.array[: self._solution.local_size]
         try:
-            self._snes.solve(None, self._solution)
+            with abandoned.garbage_waits():
+                self._snes.solve(None, self._solution)
         except PETSc.Error as error:
             origin = _origin(error)
             if origin is not error:

@@ -1,11 +1,13 @@
 """Newton's method: quadratic, with a tolerance that means the same in all units, and with a reason when it fails."""
 
+import gc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import ufl
 from blocks import COMM, block, densities, displacements, gathered, run, set_iterate, square
+from petsc4py import PETSc
 
 import growthx as gx
 from growthx.discretisation.variants import CATALOGUE
@@ -206,3 +208,33 @@ def test_what_is_raised_while_petsc_calls_us_comes_out_as_it_is(full, error, cal
         monkeypatch.setattr(problem.system, "out_of_balance", raise_it)
     with pytest.raises(error if isinstance(error, type) else type(error)):
         newton.solve()
+
+
+def test_garbage_of_petsc_waits_while_an_exception_passes_through_it():
+    """Freed just then, it took the exception away, and the program ended by a segmentation fault."""
+    armed, waited = [], []
+
+    def failing(t):
+        if armed and t > 0.25:
+            waited.append(not gc.isenabled())
+            for _ in range(1000):  # more than garbage is collected after
+                vector = PETSc.Vec().createSeq(1, comm=PETSc.COMM_SELF)
+                vector.setAttr("itself", vector)
+            raise RuntimeError("the table of loads ends here")
+        return min(5 * t, 1.0)
+
+    scene = block(square(2), loads=(gx.Traction("right", (0.1, -0.02), history=failing),))
+    march = gx.march(scene, gx.Q1Q1, gx.discretise(scene, gx.Q1Q1))
+    collects, thresholds = gc.isenabled(), gc.get_threshold()
+    next(march)
+    armed.append(True)
+    gc.enable()
+    gc.set_threshold(1)
+    try:
+        with pytest.raises(RuntimeError, match="table of loads"):
+            list(march)
+        assert gc.isenabled() and all(waited) and waited
+    finally:
+        gc.set_threshold(*thresholds)
+        if not collects:
+            gc.disable()
