@@ -145,10 +145,16 @@ def _supports(root: Any, mesh: gx.Mesh) -> Iterator[gx.Support | gx.PointSupport
         held = tuple(0.0 if axis in fixed else None for axis in range(3))
         name = one.get("node_set")
         places = node_places(mesh, name, "of a support")
-        if name in mesh.boundaries and len(places) == len(np.unique(corner_nodes(mesh.domain, mesh.boundary(name)))):
+        if name in mesh.boundaries and len(places) == _corners(mesh, name):
             yield gx.Support(name, held)
         else:
             yield from (gx.PointSupport(tuple(place), held) for place in places.tolist())
+
+
+def _corners(mesh: gx.Mesh, boundary: str) -> int:
+    """How many nodes the sides of a boundary have at their corners (collective)."""
+    comm, here = mesh.comm, corner_nodes(mesh.domain, mesh.boundary(boundary))
+    return len(np.unique(np.concatenate(comm.allgather(mesh.origin.nodes[here].ravel()))))
 
 
 def _loads(root: Any, path: Path) -> Iterator[gx.NodalForces]:
