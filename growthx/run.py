@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from growthx.common.communicators import require_same_on_all
 from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
 from growthx.common.interruption import Interruption
 from growthx.common.usage import spent
@@ -126,6 +127,8 @@ def solve(
     kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}
     where: dict[str, Any] = {"out": out, "resume": resume, "refuge": refuge}
     check_plan(**where, watch=watch, checkpoint=checkpoint, vtkhdf=vtkhdf, fields=fields, **kept)
+    told = {**where, "checkpoint": checkpoint, "vtkhdf": vtkhdf, "fields": fields, **kept}
+    require_same_on_all(scene.mesh.comm, told)
     start = time.perf_counter()
     stepping = FixedSteps() if stepping is None else stepping
     choice = choose(**kept, program=scene.program, stepping=stepping)

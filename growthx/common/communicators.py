@@ -7,7 +7,13 @@ DOLFINx makes for each mesh and frees with it.
 
 from __future__ import annotations
 
+import math
+import os
 import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,3 +47,51 @@ def same_on_all(values: NDArray[Any], comm: MPI.Comm) -> bool:
     """Whether an array is the same on all ranks, by its checksum (collective)."""
     told = values.shape, values.dtype.str, zlib.crc32(np.ascontiguousarray(values).tobytes())
     return comm.size == 1 or len(set(comm.allgather(told))) == 1
+
+
+def require_same_on_all(comm: MPI.Comm, told: Mapping[str, Any], of: str = "") -> None:
+    """Refuse what the ranks were told differently, before one of them waits for the others in vain (collective).
+
+    told: by name.  of: whose.  Of numbers, texts and what is made of them; of arrays, functions and what lives on a
+    mesh, which may be a rank's own, only whether they are there.
+    """
+    if comm.size == 1:
+        return
+    of_ranks = comm.allgather([leaf for name, value in told.items() for leaf in _leaves(name, value)])
+    for rank, there in enumerate(of_ranks):
+        for (name, first), (_, other) in zip(of_ranks[0], there, strict=False):
+            if not _alike(first, other):
+                raise InputError(
+                    f"{name}{of} is {shown(first)} on rank 0 and {shown(other)} on rank {rank}: the same on all ranks "
+                    "would be right"
+                )
+
+
+def _alike(first: float | str, other: float | str) -> bool:
+    """Whether two leaves are the same, numbers but for round-off: machines differ in it."""
+    if isinstance(first, str) or isinstance(other, str):
+        return first == other
+    return math.isclose(first, other, rel_tol=1e-9) or (math.isnan(first) and math.isnan(other))
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, float | str]]:
+    """What can be compared, by where it is; lengths come before what differs in them."""
+    if isinstance(value, (str, Enum, bool, np.bool_, os.PathLike)) or value is None:
+        yield name, str(value)
+    elif isinstance(value, Integral):
+        yield name, int(value)
+    elif isinstance(value, Real):
+        yield name, float(value)
+    elif isinstance(value, Mapping):
+        yield f"tuple({name})", ", ".join(sorted(map(str, value)))
+        for key in sorted(value, key=str):
+            yield from _leaves(f"{name}[{key!r}]", value[key])
+    elif isinstance(value, (tuple, list)):
+        yield f"len({name})", len(value)
+        for number, each in enumerate(value):
+            yield from _leaves(f"{name}[{number}]", each)
+    else:
+        yield f"type({name})", type(value).__name__
+        if is_dataclass(value) and not hasattr(value, "domain"):
+            for field in fields(value):
+                yield from _leaves(f"{name}.{field.name}", getattr(value, field.name))

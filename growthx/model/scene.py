@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 
 from growthx.common.arrays import Field
 from growthx.common.checks import require, require_each, require_kind, require_name
+from growthx.common.communicators import require_same_on_all
 from growthx.common.errors import InputError, raise_on_all, shown
 from growthx.common.overrides import Sealed, is_foreign
 from growthx.constitutive.energies import Elasticity
@@ -72,6 +73,8 @@ class Scene(Sealed, replaceable=()):
 
     def __post_init__(self) -> None:
         self._check_kinds()
+        told = {part.name: getattr(self, part.name) for part in fields(self) if part.name != "mesh"}
+        require_same_on_all(self.mesh.comm, told, f" of the scene '{self.name}'")
         wanted = "a positive number" if isinstance(self.start_density, (Real, Mapping)) else words.A_DENSITY
         require(self.start_density, "the initial density ρ(0)", wanted, lambda rho: rho > 0)
         if self.mesh.cell_count == 0:

@@ -107,6 +107,7 @@ class Newton:
     def _set_tolerance(self, tolerance: float) -> None:
         self._snes.setTolerances(atol=tolerance, rtol=0.0, stol=0.0, max_it=self._settings.maximum_iterations)
 
+    @abandoned.garbage_waits()
     def solve(self, *, roughly: bool = False, bold: bool = False) -> NewtonReport:
         """Bring the running iterate to balance, starting from what it is (collective).
 
@@ -124,8 +125,7 @@ class Newton:
         self._stopped_at = 0.0
         self._solution.array_w[:] = self.problem.unknown.x.array[: self._solution.local_size]
         try:
-            with abandoned.garbage_waits():
-                self._snes.solve(None, self._solution)
+            self._snes.solve(None, self._solution)
         except PETSc.Error as error:
             origin = _origin(error)
             if origin is not error:

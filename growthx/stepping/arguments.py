@@ -9,13 +9,16 @@ from growthx.common.checks import (
     require_kind,
     require_number,
 )
+from growthx.common.communicators import require_same_on_all
 from growthx.discretisation.checks.arguments import check_scene
 from growthx.stepping.control import Stepping
 
 
 def check_run(scene: Any, variant: Any, *, tolerance: Any, stepping: Any, full_newton: Any) -> None:
-    """Refuse what a march cannot take; stepping: None stands for the default."""
+    """Refuse what a march cannot take (collective); stepping: None stands for the default."""
     check_scene(scene, variant)
+    told = {"tolerance": tolerance, "stepping": stepping, "full_newton": full_newton}
+    require_same_on_all(scene.mesh.comm, told)
     check_tolerance(tolerance)
     wanted = "FixedSteps() or AdaptiveSteps(1e-3)"
     require_kind(stepping, (Stepping, type(None)), "the stepping", wanted)

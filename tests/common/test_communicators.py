@@ -8,13 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import dolfinx
+import numpy as np
 import pytest
 from blocks import COMM, block, cube, square
 from mpi4py import MPI
 
 import growthx as gx
 from growthx import plots
-from growthx.common.communicators import steady
+from growthx.common.communicators import require_same_on_all, steady
 from growthx.discretisation.variants import CATALOGUE
 from growthx.solvers import abandoned
 from growthx.solvers.newton import Newton
@@ -343,3 +344,59 @@ def test_what_is_no_communicator_is_refused(make, wrong):
     """Such as that of a rank which its owner has left out."""
     with pytest.raises(gx.InputError, match=r"the communicator is (None|2|MPI\.COMM_NULL): one that this rank is in"):
         make(comm=wrong)
+
+
+def on_rank_one(usual, other):
+    """What a script that goes by what its own rank has of the mesh may come to."""
+    return other if COMM.rank == 1 else usual
+
+
+def different(scene):
+    """Scenes, or runs, of which one rank is told something else, and what is said of it."""
+    left, right, pulled = gx.Support("left"), gx.Support("right"), gx.Traction("right", (0.0, -0.02))
+    there, more = (left,), (left, gx.PointSupport((1.0, 1.0)))
+    yield "more supports", lambda: replace(scene, supports=on_rank_one(there, more)), r"len\(supports\) .*is 1 .* and 2"
+    yield "another side", lambda: replace(scene, supports=(on_rank_one(left, right),)), "supports.0..on .*is 'left' on"
+    kinds = on_rank_one(pulled, gx.Pressure("right", 0.02))
+    yield "another load", lambda: replace(scene, loads=(kinds,)), r"type\(loads.0.\) .*'Traction' .*'Pressure'"
+    force = gx.Traction("right", (0.0, on_rank_one(-0.02, -0.03)))
+    yield "more of a load", lambda: replace(scene, loads=(force,)), "loads.0..*1. .*is -0.02 on rank 0 and -0.03"
+    growing = on_rank_one(None, ("bone",))
+    yield (
+        "another region",
+        lambda: replace(scene, growing=growing),
+        "growing of the scene 'plate' is 'None'|type.growing",
+    )
+    young = {"bone": 1.0, on_rank_one("rest", "others"): 2.0}
+    stiff = replace(scene.material, young=young)
+    yield "other names", lambda: replace(scene, material=stiff), r"material.young\) .*'bone, rest' .* 'bone, others'"
+    yield "a variant", lambda: gx.discretise(scene, on_rank_one(gx.Q1, gx.Q1P0)), "variant.name is 'Q1' .* 'Q1P0'"
+    yield "a tolerance", lambda: gx.march(scene, gx.Q1, tolerance=on_rank_one(1e-10, 1e-8)), "tolerance is 1e-10 on"
+    yield "a folder", lambda: gx.solve(scene, gx.Q1, out=on_rank_one("a", None)), "out is 'a' on rank 0 and 'None' on"
+
+
+CASES = [name for name, _, _ in different(gx.scenes.plate(2))]
+
+
+@pytest.mark.skipif(COMM.size == 1, reason="one rank agrees with itself")
+@pytest.mark.parametrize("case", CASES)
+def test_what_ranks_are_told_differently_is_refused(case):
+    """They would wait for each other, or solve something that nobody meant."""
+    run, told = next((run, told) for name, run, told in different(gx.scenes.plate(2)) if name == case)
+    with pytest.raises(gx.InputError, match=f"({told}).*: the same on all ranks would be right"):
+        run()
+
+
+def test_what_is_a_rank_s_own_may_differ():
+    """Functions, arrays of its cells, and numbers by round-off."""
+    scene = gx.scenes.plate(2)
+    cells = len(scene.mesh.owned_cells)
+    told = {
+        "function": on_rank_one(np.sin, np.cos),
+        "array": np.full(cells, COMM.rank),
+        "number": 0.1 + 1e-15 * COMM.rank,
+        "no number": float("nan"),
+        "mesh": scene.mesh,
+    }
+    require_same_on_all(COMM, told)
+    require_same_on_all(MPI.COMM_SELF, {"anything": COMM.rank})

@@ -26,8 +26,8 @@ Times are those of the code over growthx', medians in one run on one thread, wit
 rounds: 4 says that growthx takes a quarter. *Whole* is set-up (mesh, spaces, supports, loads) and solving, *solving*
 is without set-up; imports and compilation are left out of both, for all. *Set-up* is its share of the code's own whole,
 *memory* that of the process at most, *factors* those that were made, of an iterative method its preconditioners.
-Measured on two cores of a shared machine, one code after the other; rows of growthx 0.1.0, and of the block Q1P0 and
-P1P0, are of a program that was slower than now.
+Measured on two cores of a shared machine, one code after the other; rows of growthx 0.1.0 are of a program that was
+slower than now.
 
 """
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from growthx.common.checks import require_kind, require_name
+from growthx.common.communicators import require_same_on_all
 from growthx.common.errors import InputError, shown
 from growthx.discretisation.variants import CATALOGUE, Variant, suited
 from growthx.model.scene import Scene
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_scene(scene: Any, variant: Any) -> None:
-    """Refuse what is no scene, no variant, both the other way round, or a variant for other cells than the scene's."""
+    """Refuse what is no scene, no variant, both the other way round, or a variant for other cells (collective)."""
     if isinstance(scene, Variant) and isinstance(variant, Scene):
         raise InputError(
             f"the scene is the variant {scene.name} and the variant is the scene '{variant.name}': the other way round "
@@ -25,6 +26,7 @@ def check_scene(scene: Any, variant: Any) -> None:
     require_kind(scene, Scene, "the scene", "a Scene, such as gx.scenes.femur() makes,")
     if not isinstance(variant, Variant):
         raise InputError(f"the variant is {shown(variant)}: {_right_variants(scene.mesh.cell_name, variant)}")
+    require_same_on_all(scene.mesh.comm, {"variant": variant})
     variant.check(scene.mesh.cell_name)
 
 
