@@ -78,10 +78,8 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, float | str]]:
     """What can be compared, by where it is; lengths come before what differs in them."""
     if isinstance(value, (str, Enum, bool, np.bool_, os.PathLike)) or value is None:
         yield name, str(value)
-    elif isinstance(value, Integral):
-        yield name, int(value)
     elif isinstance(value, Real):
-        yield name, float(value)
+        yield name, _number(value)
     elif isinstance(value, Mapping):
         yield f"tuple({name})", ", ".join(sorted(map(str, value)))
         for key in sorted(value, key=str):
@@ -92,6 +90,14 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, float | str]]:
             yield from _leaves(f"{name}[{number}]", each)
     else:
         yield f"type({name})", type(value).__name__
-        if is_dataclass(value) and not hasattr(value, "domain"):
+        if is_dataclass(value) and not isinstance(value, type) and not hasattr(value, "domain"):
             for field in fields(value):
                 yield from _leaves(f"{name}.{field.name}", getattr(value, field.name))
+
+
+def _number(value: Real) -> float | str:
+    """A number to be compared, or its text where it is none that a float can be."""
+    try:
+        return int(value) if isinstance(value, Integral) and abs(float(value)) < 2**53 else float(value)
+    except (OverflowError, ValueError):
+        return str(value)

@@ -396,6 +396,8 @@ def test_what_is_a_rank_s_own_may_differ():
         "array": np.full(cells, COMM.rank),
         "number": 0.1 + 1e-15 * COMM.rank,
         "no number": float("nan"),
+        "large": 10**400,
+        "class": gx.Support,
         "mesh": scene.mesh,
     }
     require_same_on_all(COMM, told)
