@@ -127,8 +127,7 @@ def solve(
     kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}
     where: dict[str, Any] = {"out": out, "resume": resume, "refuge": refuge}
     check_plan(**where, watch=watch, checkpoint=checkpoint, vtkhdf=vtkhdf, fields=fields, **kept)
-    told = {**where, "checkpoint": checkpoint, "vtkhdf": vtkhdf, "fields": fields, **kept}
-    require_same_on_all(scene.mesh.comm, told)
+    require_same_on_all(scene.mesh.comm, where | kept | {"checkpoint": checkpoint, "vtkhdf": vtkhdf, "fields": fields})
     start = time.perf_counter()
     stepping = FixedSteps() if stepping is None else stepping
     choice = choose(**kept, program=scene.program, stepping=stepping)

@@ -285,19 +285,19 @@ def test_a_container_has_what_the_user_has_set(checkout):
     assert words[-2:] == ["python3", "script.py"] and f"{checkout.script}" in words
 
 
-def test_another_release_has_a_tree_of_its_own(checkout):
+def test_another_release_has_a_tree_of_its_own(machine):
     """What runs with sid's DOLFINx must neither take nor sweep away the tree that everything else runs in."""
-    checkout.environment["GROWTHX_ENVIRONMENT"] = ""
-    checkout.environment["GROWTHX_DEBIAN"] = "sid"
-    checkout.stand_in("mmdebstrap", MMDEBSTRAP + 'echo "$*" >"$tree/asked"\n')
-    (checkout.cache / "growthx" / "debian13-older").mkdir(parents=True)
-    status, asked, messages = checkout.run("cat", "/asked")
+    machine.environment["GROWTHX_ENVIRONMENT"] = ""
+    machine.environment["GROWTHX_DEBIAN"] = "sid"
+    machine.stand_in("mmdebstrap", MMDEBSTRAP + 'echo "$*" >"$tree/asked"\n')
+    (machine.cache / "growthx" / "debian13-older").mkdir(parents=True)
+    status, asked, messages = machine.run("cat", "/asked")
     assert status == 0, messages
     assert "making a Debian sid tree" in messages and " sid " in asked and "Check-Valid-Until false" in asked
-    trees = sorted(path.name.rpartition("-")[0] for path in (checkout.cache / "growthx").glob("debian*"))
+    trees = sorted(path.name.rpartition("-")[0] for path in (machine.cache / "growthx").glob("debian*"))
     assert trees == ["debian-sid", "debian13"]
-    checkout.environment["GROWTHX_ENVIRONMENT"] = "python"
-    checkout.assert_refused(says="another release needs the environment tree")
+    machine.environment["GROWTHX_ENVIRONMENT"] = "python"
+    machine.assert_refused(says="another release needs the environment tree")
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGKILL"])
