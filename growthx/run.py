@@ -6,10 +6,12 @@ import logging
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from growthx.common.communicators import require_same_on_all
 from growthx.common.errors import EndedEarly, GrowthxError, Interrupted, OutputError, shown
@@ -126,8 +128,8 @@ def solve(
     check_run(scene, variant, tolerance=tolerance, stepping=stepping, full_newton=full_newton)
     kept: dict[str, Any] = {"every": every, "times": times, "frames": frames}
     where: dict[str, Any] = {"out": out, "resume": resume, "refuge": refuge}
+    _agree(scene, where | kept | {"checkpoint": checkpoint, "vtkhdf": vtkhdf, "fields": fields})
     check_plan(**where, watch=watch, checkpoint=checkpoint, vtkhdf=vtkhdf, fields=fields, **kept)
-    require_same_on_all(scene.mesh.comm, where | kept | {"checkpoint": checkpoint, "vtkhdf": vtkhdf, "fields": fields})
     start = time.perf_counter()
     stepping = FixedSteps() if stepping is None else stepping
     choice = choose(**kept, program=scene.program, stepping=stepping)
@@ -142,6 +144,12 @@ def solve(
     run.begin()
     run.result.setup_s = time.perf_counter() - start - run.result.compile_s
     return run.end(run.go(watch))
+
+
+def _agree(scene: Scene, told: Mapping[str, Any]) -> None:
+    """Refuse what ranks were told differently of where and when states are kept: no array among it is a rank's own."""
+    as_rows = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in told.items()}
+    require_same_on_all(scene.mesh.comm, as_rows)
 
 
 class _Run:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from growthx.common.errors import InputError, shown
+from growthx.common.errors import InputError, raise_on_all, shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,14 +57,18 @@ def require_same_on_all(comm: MPI.Comm, told: Mapping[str, Any], of: str = "") -
     """
     if comm.size == 1:
         return
-    of_ranks = comm.allgather([leaf for name, value in told.items() for leaf in _leaves(name, value)])
-    for rank, there in enumerate(of_ranks):
-        for (name, first), (_, other) in zip(of_ranks[0], there, strict=False):
-            if not _alike(first, other):
-                raise InputError(
-                    f"{name}{of} is {shown(first)} on rank 0 and {shown(other)} on rank {rank}: the same on all ranks "
-                    "would be right"
-                )
+    here = [leaf for name, value in told.items() for leaf in _leaves(name, value)]
+    pairs = zip(comm.bcast(here), here, strict=False)
+    name, first, ours = next(
+        ((name, first, ours) for (name, first), (other, ours) in pairs if name != other or not _alike(first, ours)),
+        ("", "", ""),
+    )
+    raise_on_all(
+        comm,
+        name
+        and f"{name}{of} is {shown(first)} on rank 0 and {shown(ours)} on rank {comm.rank}: the same on all ranks "
+        "would be right",
+    )
 
 
 def _alike(first: float | str, other: float | str) -> bool:

@@ -72,9 +72,10 @@ class Scene(Sealed, replaceable=()):
     plane: Plane | str = Plane.STRAIN
 
     def __post_init__(self) -> None:
+        if isinstance(self.mesh, Mesh):
+            told = {part.name: getattr(self, part.name) for part in fields(self) if part.name != "mesh"}
+            require_same_on_all(self.mesh.comm, told, f" of the scene '{self.name}'")
         self._check_kinds()
-        told = {part.name: getattr(self, part.name) for part in fields(self) if part.name != "mesh"}
-        require_same_on_all(self.mesh.comm, told, f" of the scene '{self.name}'")
         wanted = "a positive number" if isinstance(self.start_density, (Real, Mapping)) else words.A_DENSITY
         require(self.start_density, "the initial density ρ(0)", wanted, lambda rho: rho > 0)
         if self.mesh.cell_count == 0:

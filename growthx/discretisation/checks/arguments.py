@@ -24,9 +24,9 @@ def check_scene(scene: Any, variant: Any) -> None:
             "would be right"
         )
     require_kind(scene, Scene, "the scene", "a Scene, such as gx.scenes.femur() makes,")
+    require_same_on_all(scene.mesh.comm, {"variant": variant})
     if not isinstance(variant, Variant):
         raise InputError(f"the variant is {shown(variant)}: {_right_variants(scene.mesh.cell_name, variant)}")
-    require_same_on_all(scene.mesh.comm, {"variant": variant})
     variant.check(scene.mesh.cell_name)
 
 
